@@ -5,7 +5,7 @@
 //! * `clap`, `clap_complete`: the command line
 //! * `comfy-table`, `console`, `indicatif`: tables, colours and progress in a terminal
 //! * `plotters`: figures as SVG
-//! * `resvg`, `ttf-noto-sans`, `pdf-writer`: the same as PNG and PDF
+//! * `resvg`, `ttf-noto-sans`, `svg2pdf`: the same as PNG and PDF
 //! * `axum`, `hyper`, `hyper-util`, `tokio`, `tokio-stream`: the page on this machine
 //! * `base64`: files that a browser sends
 //! * `getrandom`: its token

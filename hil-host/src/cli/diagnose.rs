@@ -138,7 +138,11 @@ pub fn load_and_ask(flight: &Path, vehicle_file: Option<&Path>, depth: Depth) ->
     load_and_ask_by(None, flight, vehicle_file, depth)
 }
 
-fn load_and_ask_by(
+/// The same by a history and its name.
+///
+/// # Errors
+/// Bad input, with the file and the fix.
+pub fn load_and_ask_by(
     history: ByHistory,
     flight: &Path,
     vehicle_file: Option<&Path>,

@@ -1,8 +1,8 @@
 //! `glider margins`: how far the pitch loop is from instability, over the glides that are flown.
 
 use super::{Output, Verdict};
+use crate::pages::chart::{Chart, Mark};
 use crate::pages::figure::Figure;
-use crate::pages::plots::{Chart, Mark};
 use crate::score::margins::{Glide, Margins, Response, all, envelope, respond};
 use crate::terminal::{say, table};
 use rig::flight::mission_file::wings_name;
@@ -98,16 +98,16 @@ fn curve(response: &Response) -> Vec<(f64, f64)> {
 /// # Errors
 /// A glide that does not exist.
 pub fn figure() -> anyhow::Result<Chart> {
-    let mut chart = Chart::new("Open pitch loop at 26 deg, full drive", "phase, deg", "gain, dB");
+    let mut chart = Chart::lines("Open pitch loop at 26 deg, full drive", "phase, deg", "gain, dB");
     for wings in [Wings::Standard, Wings::LowAspectRatio] {
         for share in [0.7, 1.0, 1.3] {
             let nominal = Glide::nominal(wings);
             let response = respond(&Glide { height_m: nominal.height_m * share, ..nominal })?;
             let name = format!("{} wings, height {:.1} mm", wings_name(wings), 1e3 * nominal.height_m * share);
-            chart = chart.with(&name, Mark::Line, curve(&response));
+            chart = chart.plus(&name, Mark::Line, curve(&response));
         }
     }
     let (p, g) = (PHASE_DEG, GAIN_DB);
     let corners = [(-180.0 - p, -g), (-180.0 + p, -g), (-180.0 + p, g), (-180.0 - p, g), (-180.0 - p, -g)];
-    Ok(chart.with("asked: 6 dB, 45 deg", Mark::Dashed, corners).within(Some((-360.0, -60.0)), Some((-60.0, 30.0))))
+    Ok(chart.plus("asked: 6 dB, 45 deg", Mark::Dashed, corners).within(Some((-360.0, -60.0)), Some((-60.0, 30.0))))
 }

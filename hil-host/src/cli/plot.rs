@@ -1,16 +1,16 @@
 //! `glider plot`: one figure for a paper.
 
-use super::compare::not_diverged;
-use super::diagnose::{load, load_sound};
+mod flown;
+mod mission;
+
 use super::{Output, Verdict};
+use crate::pages::chart::{Chart, Mark};
 use crate::pages::figure::Figure;
-use crate::pages::plots::{Chart, Mark, Paper, histogram};
+use crate::pages::plots::Paper;
 use crate::terminal::say;
 use anyhow::{Context as _, bail, ensure};
-use discovery::workbench::compare::{Comparison, Sample, compare};
 use hydro::glide;
 use hydro::{Flow, Polar as _};
-use logs::Flight;
 use rig::flight::tables::TABLE_SPEED_M_S;
 use rig::flight::vehicles::{Model, wings_name};
 use rig::whole_file;
@@ -18,18 +18,19 @@ use serde_json::json;
 use signals::Wings;
 use std::path::{Path, PathBuf};
 
-/// Length of the averages of a residual plot, s (as the block error of the flight format, section 6.1).
-const BLOCK_S: f64 = 20.0;
-/// Largest |α| of a histogram, degrees, and its bins of 1°.
-const HISTOGRAM_DEG: (f64, usize) = (30.0, 60);
-/// Points per line at most, so that a long flight stays a small file.
-const LINE_POINTS: usize = 2000;
-
 /// What is drawn.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// C_L, C_D and L/D against angle of attack.
     Polar,
+    /// What moved of the vehicle's numbers, with 90 % intervals, and what could hide.
+    Forest,
+    /// Error as effects are added, with the floor.
+    Ladder,
+    /// Numbers of a vehicle from dive to dive, with 90 % intervals.
+    Timeline,
+    /// Way over ground, and where it comes up next.
+    Map,
     /// Depth, and depth rate measured and modelled, against time.
     Flight,
     /// Depth rate measured minus modelled, 20 s means, against angle of attack.
@@ -47,6 +48,12 @@ pub enum Kind {
   glider plot residual --flight trial_dir --vehicle new.json --out residual.svg
   glider plot residual --flight trial_dir --before old.json --vehicle new.json --out both.svg
   glider plot residual --flight trial_dir --width column --out column.pdf
+  glider plot forest --flight trial_dir --history calibrated.history --out moved.pdf
+  glider plot ladder --flight trial_dir --out ladder.svg
+  glider timeline mission_dir --vehicle v.json --json > june.json
+  glider plot timeline --timeline june.json --timeline july.json --out year.svg
+  glider forecast --flight mission_dir --json > next.json
+  glider plot map --flight mission_dir --forecast next.json --out map.png
 
 The ending of --out decides: .svg, .pdf or .png (figure with caption), .csv or .json (the
 numbers of the same figure). With --width letters are of 7 points at that width, and a PNG
@@ -65,6 +72,15 @@ pub struct Args {
     /// Vehicle file whose residual is drawn in the same figure, as before.
     #[arg(long, value_name = "FILE|NAME")]
     before: Option<PathBuf>,
+    /// History of the vehicle, of a forest; default: the one beside the vehicle file.
+    #[arg(long, value_name = "FILE")]
+    history: Option<PathBuf>,
+    /// What `glider timeline --json` printed; several are missions in order.
+    #[arg(long, value_name = "FILE.json")]
+    timeline: Vec<PathBuf>,
+    /// What `glider forecast --json` printed of this flight, for a map.
+    #[arg(long, value_name = "FILE.json")]
+    forecast: Option<PathBuf>,
     /// Wing set of a polar: standard or low-ar; default: both.
     #[arg(long, value_parser = ["standard", "low-ar"])]
     wings: Option<String>,
@@ -102,6 +118,22 @@ fn within(word: &str, range: &std::ops::RangeInclusive<f64>) -> Option<f64> {
     word.trim_end_matches("mm").trim().parse().ok().filter(|mm| range.contains(mm))
 }
 
+impl Args {
+    /// Refuses an option that belongs to another figure, and asks for what this one is made of.
+    fn fit_the_kind(&self) -> anyhow::Result<()> {
+        let of = |kinds: &[Kind]| kinds.contains(&self.kind);
+        let flown = !of(&[Kind::Polar, Kind::Timeline]);
+        ensure!(flown || self.flight.is_none(), "a polar is of a vehicle and a timeline of missions: leave out --flight");
+        ensure!(!flown || self.flight.is_some(), "--flight DIR|CSV is missing: this figure is of a flight");
+        ensure!(self.wings.is_none() || of(&[Kind::Polar]), "--wings belongs to a polar; a flight's vehicle file says which wings it has");
+        ensure!(self.before.is_none() || of(&[Kind::Residual]), "--before belongs to a residual");
+        ensure!(self.history.is_none() || of(&[Kind::Forest, Kind::Ladder]), "--history belongs to a forest or a ladder");
+        ensure!(self.forecast.is_none() || of(&[Kind::Map]), "--forecast belongs to a map");
+        ensure!(self.timeline.is_empty() != of(&[Kind::Timeline]), "--timeline FILE.json belongs to a timeline, which is drawn of it");
+        Ok(())
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -114,9 +146,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         "" => bail!("{name}: has no ending; name a file that ends in .svg, .pdf, .png, .csv or .json"),
         other => bail!("{name}: cannot write .{other}; name a file that ends in .svg, .pdf, .png, .csv or .json"),
     }
-    let inputs: Vec<&Path> = [args.flight.as_deref(), args.vehicle.as_deref(), args.before.as_deref()].into_iter().flatten().collect();
+    let single = [&args.flight, &args.vehicle, &args.before, &args.history, &args.forecast];
+    let inputs: Vec<&Path> = single.into_iter().flatten().chain(&args.timeline).map(PathBuf::as_path).collect();
     whole_file::may_write(&args.out, &inputs, &[], output.force)?;
-    let figure = if args.kind == Kind::Polar { polar(args)? } else { flown(args)? };
+    args.fit_the_kind()?;
+    let figure = match args.kind {
+        Kind::Polar => polar(args)?,
+        Kind::Timeline => mission::timeline(&args.timeline)?,
+        Kind::Map => mission::map(args)?,
+        Kind::Forest | Kind::Ladder => flown::answer(args)?,
+        Kind::Flight | Kind::Residual | Kind::Histogram => flown::flight(args)?,
+    };
     let paper = args.width.map_or(Paper::SCREEN, |mm| Paper::printed(mm, args.height));
     let text = figure.bytes(&ending, &paper)?;
     whole_file::write(&args.out, &text).with_context(|| format!("cannot write {name}"))?;
@@ -124,7 +164,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         .panels
         .iter()
         .map(|c| {
-            let series: Vec<_> = c.series.iter().map(|s| json!({"name": s.name, "points": s.points.len()})).collect();
+            let series: Vec<_> = c.series.iter().map(|s| json!({"name": s.name, "points": s.x.len()})).collect();
             json!({"title": c.title, "x": c.x, "y": c.y, "series": series})
         })
         .collect();
@@ -137,7 +177,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 fn polar(args: &Args) -> anyhow::Result<Figure> {
-    ensure!(args.flight.is_none(), "a polar is of a vehicle: leave out --flight, or draw flight, residual or histogram");
     let asked = args.wings.as_deref().map(|w| if w == "standard" { Wings::Standard } else { Wings::LowAspectRatio });
     let models = match (&args.vehicle, asked) {
         (Some(file), None) => vec![Model::load(file, None)?],
@@ -145,8 +184,8 @@ fn polar(args: &Args) -> anyhow::Result<Figure> {
         (None, Some(w)) => vec![Model::sea(w)?],
         (None, None) => vec![Model::sea(Wings::Standard)?, Model::sea(Wings::LowAspectRatio)?],
     };
-    let mut coefficients = Chart::new("Lift and drag", "angle of attack, deg", "coefficient on the reference area, 1");
-    let mut ratio = Chart::new("Glide ratio", "angle of attack, deg", "L/D, 1");
+    let mut coefficients = Chart::lines("Lift and drag", "angle of attack, deg", "coefficient on the reference area, 1");
+    let mut ratio = Chart::lines("Glide ratio", "angle of attack, deg", "L/D, 1");
     let mut captions = Vec::new();
     for model in &models {
         let valid_deg = model.alpha_valid_rad().to_degrees();
@@ -155,12 +194,12 @@ fn polar(args: &Args) -> anyhow::Result<Figure> {
             .map(|deg| (deg, model.force(&Flow::steady(deg.to_radians(), TABLE_SPEED_M_S))))
             .collect();
         let wings = wings_name(model.wings);
-        coefficients = coefficients.with(&format!("C_L, {wings} wings"), Mark::Line, rows.iter().map(|(a, f)| (*a, f.cl))).with(
+        coefficients = coefficients.plus(&format!("C_L, {wings} wings"), Mark::Line, rows.iter().map(|(a, f)| (*a, f.cl))).plus(
             &format!("C_D, {wings} wings"),
             Mark::Dashed,
             rows.iter().map(|(a, f)| (*a, f.cd)),
         );
-        ratio = ratio.with(&format!("{wings} wings"), Mark::Line, rows.iter().map(|(a, f)| (*a, f.l_over_d())));
+        ratio = ratio.plus(&format!("{wings} wings"), Mark::Line, rows.iter().map(|(a, f)| (*a, f.l_over_d())));
         let best = glide::best(model, TABLE_SPEED_M_S, model.alpha_valid_rad());
         captions.push(format!(
             "{} ({wings} wings, coefficients on {:.4} m2): (L/D)max {:.3} at {:.1} deg",
@@ -171,122 +210,4 @@ fn polar(args: &Args) -> anyhow::Result<Figure> {
         ));
     }
     Ok(Figure { panels: vec![coefficients, ratio], caption: format!("Model at {TABLE_SPEED_M_S} m/s. {}.", captions.join("; ")) })
-}
-
-/// Longer pauses than this are cut to it: a log of weeks with a dive a day is drawn as dives, s.
-const PAUSE_S: f64 = 120.0;
-
-/// Points over time under way, with a gap (NaN) where a segment ends or more than 30 s are missing.
-fn with_gaps(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
-    let mut start = samples.first().map_or(0.0, |s| s.time_s);
-    let every = samples.len().div_ceil(LINE_POINTS).max(1);
-    let mut out = Vec::new();
-    let mut last: Option<&Sample> = None;
-    for s in samples.iter().step_by(every) {
-        if let Some(l) = last
-            && (l.segment != s.segment || s.time_s - l.time_s > 30.0f64.max(10.0 * every as f64))
-        {
-            start += (s.time_s - l.time_s - PAUSE_S).max(0.0);
-            out.push((f64::NAN, f64::NAN));
-        }
-        out.push(((s.time_s - start) / 60.0, value(s)));
-        last = Some(s);
-    }
-    out
-}
-
-/// Largest |α| of a block that is drawn, degrees: beyond it the vehicle hardly moves, and has no angle of attack.
-const SLOWEST_DEG: f64 = 45.0;
-
-/// Means over blocks: angle of attack (degrees) and residual (cm/s), dives and climbs apart, and how many blocks lie beyond the axis.
-fn block_means(samples: &[Sample]) -> ([Vec<(f64, f64)>; 2], usize) {
-    let key = |s: &Sample| (s.segment, (s.time_s / BLOCK_S).floor() as i64);
-    let (mut out, mut beyond) = ([Vec::new(), Vec::new()], 0);
-    for block in samples.chunk_by(|a, b| key(a) == key(b)) {
-        let mean = |of: &dyn Fn(&Sample) -> f64| block.iter().map(of).sum::<f64>() / block.len() as f64;
-        let climbs = mean(&|s| s.observed_m_s) < 0.0;
-        let alpha_deg = mean(&|s| s.alpha_rad.to_degrees());
-        if alpha_deg.abs() > SLOWEST_DEG {
-            beyond += 1;
-        } else {
-            out[usize::from(climbs)].push((alpha_deg, mean(&|s| 100.0 * (s.observed_m_s - s.modelled_m_s))));
-        }
-    }
-    (out, beyond)
-}
-
-/// What a caption says of blocks that are not drawn.
-fn left_out(beyond: usize) -> String {
-    if beyond == 0 { String::new() } else { format!(" Left out: {beyond} beyond {SLOWEST_DEG:.0} deg.") }
-}
-
-/// The residual of two vehicle files against one flight.
-fn before_and_after(file: &Path, flight: &Flight, path: &Path, about: &str, after: &Comparison) -> anyhow::Result<Figure> {
-    let (_, old) = load(path, Some(file))?;
-    let before = not_diverged(compare(flight, &old), &old)?;
-    let ((old_points, old_beyond), (new_points, new_beyond)) = (block_means(&before.samples), block_means(&after.samples));
-    let said = |what: &str, c: &Comparison| format!("{what}: {:.2} cm/s rms", 100.0 * c.rms_m_s);
-    let panel = Chart::new("Residual before and after", "angle of attack of the model, deg", "measured minus modelled, cm/s")
-        .with(&said("before", &before), Mark::Points, old_points.concat())
-        .with(&said("after", after), Mark::Points, new_points.concat());
-    let caption = format!(
-        "{about}; before: {}. Points are {BLOCK_S} s means of the depth rate, positive down.{}",
-        old.name,
-        left_out(old_beyond + new_beyond)
-    );
-    Ok(Figure { panels: vec![panel], caption })
-}
-
-fn flown(args: &Args) -> anyhow::Result<Figure> {
-    let path: &Path = args.flight.as_deref().context("name the flight with --flight; only a polar needs none")?;
-    ensure!(args.wings.is_none(), "--wings belongs to a polar; the vehicle file of a flight says which wings it has");
-    ensure!(args.before.is_none() || args.kind == Kind::Residual, "--before belongs to a residual");
-    let (flight, vehicle) = load_sound(path, args.vehicle.as_deref())?;
-    let c = not_diverged(compare(&flight, &vehicle), &vehicle)?;
-    ensure!(!c.samples.is_empty(), "{}: no row deeper than 2 m and a minute under way; nothing to draw", path.display());
-    let effects: Vec<&str> = vehicle.effects.iter().map(|a| a.effect.name).collect();
-    let with = if effects.is_empty() { "no effect on".to_owned() } else { format!("with {}", effects.join(", ")) };
-    let about = format!("Flight {}, model of {} ({with})", flight.name, vehicle.name);
-    let error = format!("depth-rate residual {:.2} cm/s rms over {} rows", 100.0 * c.rms_m_s, c.samples.len());
-    if let Some(file) = &args.before {
-        return before_and_after(file, &flight, path, &about, &c);
-    }
-    Ok(match args.kind {
-        Kind::Residual => {
-            let ([dives, climbs], beyond) = block_means(&c.samples);
-            let panel =
-                Chart::new("Residual against angle of attack", "angle of attack of the model, deg", "measured minus modelled, cm/s")
-                    .with("dives", Mark::Points, dives)
-                    .with("climbs", Mark::Points, climbs);
-            Figure {
-                panels: vec![panel],
-                caption: format!("{about}: {error}; points are {BLOCK_S} s means, positive down.{}", left_out(beyond)),
-            }
-        }
-        Kind::Histogram => {
-            let (edge, bins) = HISTOGRAM_DEG;
-            let alpha: Vec<f64> = c.samples.iter().map(|s| s.alpha_rad.to_degrees()).collect();
-            let shares = histogram(&alpha, -edge, edge, bins).into_iter().map(|(x, share)| (x, 100.0 * share));
-            let panel = Chart::new("Angles of attack flown", "angle of attack of the model, deg", "share of rows per degree, %");
-            let caption = format!("{about}: {} submerged rows; positive in a dive.", c.samples.len());
-            Figure { panels: vec![panel.with("share", Mark::Bars, shares)], caption }
-        }
-        Kind::Flight | Kind::Polar => {
-            let depth = with_gaps(&c.samples, |s| s.depth_m);
-            let deepest = depth.iter().map(|p| p.1).filter(|d| d.is_finite()).fold(1.0, f64::max);
-            let upper = Chart::new("Depth", "time under way, min", "depth, m")
-                .with("measured", Mark::Line, depth)
-                .within(None, Some((1.05 * deepest, 0.0)));
-            let lower = Chart::new("Depth rate, positive down", "time under way, min", "depth rate, cm/s")
-                .with("measured", Mark::Line, with_gaps(&c.samples, |s| 100.0 * s.observed_m_s))
-                .with("model", Mark::Line, with_gaps(&c.samples, |s| 100.0 * s.modelled_m_s));
-            Figure {
-                panels: vec![upper, lower],
-                caption: format!(
-                    "{about}: {error}; {}; pauses longer than 2 min are cut to that.",
-                    c.filter("both through the same {} filter")
-                ),
-            }
-        }
-    })
 }

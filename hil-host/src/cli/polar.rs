@@ -10,8 +10,8 @@ use serde_json::json;
 use signals::Wings;
 
 use super::{Output, Verdict};
+use crate::pages::chart::{Chart, Mark};
 use crate::pages::figure::Figure;
-use crate::pages::plots::{Chart, Mark};
 use crate::terminal::{say, table, wrapped};
 use rig::flight::tables::TABLE_SPEED_M_S;
 use rig::flight::vehicles::{Model, sea_name, wings_name};
@@ -106,8 +106,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     models = models.into_iter().map(|m| m.with_effects(&effects)).collect();
     let curves: Vec<Curve> = models.into_iter().map(|m| curve(m, args)).collect();
-    let chart = curves.iter().fold(Chart::new("Glide polar", "angle of attack, deg", "L/D, 1"), |chart, c| {
-        chart.with(&c.model.name, Mark::Line, c.rows.iter().map(|r| (r[0], r[3])))
+    let chart = curves.iter().fold(Chart::lines("Glide polar", "angle of attack, deg", "L/D, 1"), |chart, c| {
+        chart.plus(&c.model.name, Mark::Line, c.rows.iter().map(|r| (r[0], r[3])))
     });
     if let Some(out) = &args.out {
         Figure::from(chart).write(out, "polar")?;

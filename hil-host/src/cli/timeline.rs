@@ -4,8 +4,8 @@ use super::calibrate::named_once;
 use super::diagnose::bar;
 use super::{Output, Verdict, surfacing};
 use crate::fleet::archive::read_dated;
-use crate::pages::figure::Figure;
-use crate::pages::plots::{Chart, Mark, Paper};
+use crate::pages::plots::Paper;
+use crate::pages::timeline_figure::figure;
 use crate::terminal::{rounded, say, table, wrapped};
 use anyhow::{Context as _, bail};
 use discovery::diagnosis::report::number;
@@ -161,7 +161,7 @@ fn surfacings(args: &Args, paths: &[PathBuf], output: &Output) -> anyhow::Result
 fn write(out: &Path, done: &Timeline) -> anyhow::Result<()> {
     let ending = out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let bytes: Vec<u8> = match ending.as_str() {
-        "svg" | "pdf" | "png" => figure(done).bytes(&ending, &Paper::SCREEN)?,
+        "svg" | "pdf" | "png" => figure(&[document(done, Path::new(""))])?.bytes(&ending, &Paper::SCREEN)?,
         "csv" => rows_csv(done).into(),
         "parquet" => {
             let mut bytes = Vec::new();
@@ -210,26 +210,6 @@ fn rows_csv(done: &Timeline) -> String {
         out += &(fields.collect::<Vec<_>>().join(",") + "\n");
     }
     out
-}
-
-fn figure(done: &Timeline) -> Figure {
-    let panels = LEVELS_SHOWN.iter().enumerate().take(5).map(|(k, t)| {
-        let along = |of: fn(&Level) -> f64| done.rows.iter().map(move |r| (r.number as f64, of(&r.levels[k]))).collect::<Vec<_>>();
-        let mut chart = Chart::new(&t.name.replace('_', " "), "dive", &format!("{}, {}", t.name.replace('_', " "), t.unit))
-            .with("dive by dive", Mark::Line, along(|l| l.value))
-            .with("90 %: from", Mark::Dashed, along(|l| l.low))
-            .with("to", Mark::Dashed, along(|l| l.high));
-        let values = || done.rows.iter().flat_map(|r| [r.levels[k].low, r.levels[k].high]).filter(|v| v.is_finite());
-        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-        for e in done.events.iter().filter(|e| place(e.change.kind.number) == k && low < high) {
-            let x = e.dive as f64 - 0.5;
-            chart = chart.with(&format!("{} from dive {}", e.name(), e.dive), Mark::Line, [(x, low), (x, high)]);
-        }
-        chart
-    });
-    let events = done.events.iter().map(sentence).collect::<Vec<_>>().join(" ");
-    let caption = if events.is_empty() { "No change is named.".to_owned() } else { events };
-    Figure { panels: panels.collect(), caption: format!("Levels relative to the vehicle file. {caption}") }
 }
 
 fn level(l: &Level) -> Value {

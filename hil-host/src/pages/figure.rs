@@ -8,7 +8,8 @@ use anyhow::{Context as _, anyhow};
 use plotters::prelude::*;
 use serde_json::{Value, json};
 
-use crate::pages::plots::{Chart, Paper, units};
+use crate::pages::chart::Chart;
+use crate::pages::plots::{Paper, units};
 
 /// Charts below each other with one caption.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +51,7 @@ impl Figure {
     /// What the drawing library said.
     pub fn svg(&self, paper: &Paper) -> anyhow::Result<String> {
         let lines = self.caption_lines(paper);
-        let charts = units(paper.px.1) * self.panels.len() as u32;
+        let charts: u32 = self.panels.iter().map(|c| units(c.height(paper))).sum();
         let step = paper.u(CAPTION.0);
         let foot = if lines.is_empty() { 0 } else { paper.u(14) + step * lines.len() as u32 };
         let (wide, high) = (units(paper.px.0), charts + foot);
@@ -59,9 +60,11 @@ impl Figure {
             let root = SVGBackend::with_string(&mut text, (wide, high)).into_drawing_area();
             let said = |e: DrawingAreaErrorKind<std::io::Error>| anyhow!("drawing a figure: {e}");
             root.fill(&WHITE).map_err(said)?;
-            let (upper, _) = root.split_vertically(charts);
-            for (chart, area) in self.panels.iter().zip(upper.split_evenly((self.panels.len().max(1), 1))) {
+            let mut below = root.clone();
+            for chart in &self.panels {
+                let (area, rest) = below.split_vertically(units(chart.height(paper)));
                 chart.draw(&area, paper)?;
+                below = rest;
             }
             let style = ("sans-serif", paper.u(15)).into_text_style(&root);
             for (y, line) in (charts..).step_by(step.max(1) as usize).zip(&lines) {
@@ -87,7 +90,7 @@ impl Figure {
         }
         let mut out = String::from("panel,series,x,y\n");
         for chart in &self.panels {
-            let panel = format!("{}: {} over {}", chart.title, chart.y, chart.x).replace(", ", " in ").replace(',', ";");
+            let panel = format!("{}: {} over {}", chart.title, chart.y.text(), chart.x.text()).replace(", ", " in ").replace(',', ";");
             for line in chart.csv().lines().skip(1) {
                 // Writing to a String cannot fail.
                 let _ = writeln!(out, "{panel},{line}");
@@ -142,14 +145,14 @@ impl Figure {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::pages::plots::{Mark, histogram};
+    use crate::pages::chart::{Mark, histogram};
 
     #[test]
     fn a_chart_names_its_axes_series_and_survives_gaps() {
-        let c = Chart::new("T", "angle of attack, deg", "L/D, 1")
-            .with("a & b", Mark::Line, [(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0), (3.0, 4.0)])
-            .with("points", Mark::Points, [(0.0, 1.0)])
-            .with("bars", Mark::Bars, histogram(&[0.1, 0.2, 0.7], 0.0, 1.0, 2));
+        let c = Chart::lines("T", "angle of attack, deg", "L/D, 1")
+            .plus("a & b", Mark::Line, [(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0), (3.0, 4.0)])
+            .plus("points", Mark::Point, [(0.0, 1.0)])
+            .plus("bars", Mark::Bar, histogram(&[0.1, 0.2, 0.7], 0.0, 1.0, 2));
         let svg = Figure::from(c.clone()).svg(&Paper::SCREEN).unwrap();
         for want in ["<svg", "angle of attack, deg", "L/D, 1", "points", "a &amp; b"] {
             assert!(svg.contains(want), "{want}");
@@ -158,12 +161,12 @@ pub(super) mod tests {
         assert!(svg.contains("width=\"800\" height=\"520\" viewBox=\"0 0 3200 2080\""), "{}", &svg[..200]);
         assert!(c.csv().starts_with("series,angle of attack in deg,L/D in 1\na & b,0,1\n"));
         assert!(c.json()["series"][0]["y"][1].is_null());
-        assert!(Figure::from(Chart::new("empty", "x", "y")).svg(&Paper::SCREEN).unwrap().contains("</svg>"));
+        assert!(Figure::from(Chart::lines("empty", "x", "y")).svg(&Paper::SCREEN).unwrap().contains("</svg>"));
     }
 
     #[test]
     fn a_figure_has_its_caption_and_every_panel() {
-        let panel = |t: &str| Chart::new(t, "time, s", "depth, m").with("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)]);
+        let panel = |t: &str| Chart::lines(t, "time, s", "depth, m").plus("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)]);
         let caption = "word ".repeat(40);
         let f = Figure { panels: vec![panel("upper"), panel("lower").within(None, Some((3.0, 0.0)))], caption };
         let svg = f.svg(&Paper::SCREEN).unwrap();
@@ -174,8 +177,8 @@ pub(super) mod tests {
     }
 
     pub(in crate::pages) fn figure(title: &str) -> Figure {
-        let lines = Chart::new(title, "α, deg", "L/D, 1").with("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)]);
-        Figure { panels: vec![lines.with("b", Mark::Points, [(0.0, 1.5), (1.0, 1.5)])], caption: "One line.".into() }
+        let lines = Chart::lines(title, "α, deg", "L/D, 1").plus("a", Mark::Line, [(0.0, 1.0), (1.0, 2.0)]);
+        Figure { panels: vec![lines.plus("b", Mark::Point, [(0.0, 1.5), (1.0, 1.5)])], caption: "One line.".into() }
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! The page of one flight: how wrong the model is, where, why, what next; then
 //! everything a person would check before believing it.
 
+use crate::pages::answer_charts;
+use crate::pages::chart::map_of_means;
 use crate::pages::{Axis, Chart, Item, Mark, Page, Provenance, Section, Series, Table};
 use crate::terminal::place;
 use discovery::criticism::localise::{Residual, VARIABLES, residuals};
@@ -8,7 +10,7 @@ use discovery::diagnosis::report;
 use discovery::diagnosis::{Diagnosis, Ranked};
 use discovery::likelihood::block_error::{blocks, modelled_m_s};
 use discovery::model::dynamics::Track;
-use discovery::model::parameters::{State, law};
+use discovery::model::parameters::{NINETY, State, law};
 use discovery::preprocess::Prepared;
 use hydro::effects::{Active, Constants, Flow, ForceModel};
 use logs::Vehicle;
@@ -25,10 +27,11 @@ pub fn page(found: &Diagnosis, vehicle: &Vehicle, flight: &str, provenance: Prov
         title: format!("{flight}: model against measurement"),
         answer: answer(found, vehicle),
         sections: vec![
-            traces(&seen),
+            four_parts(found),
+            traces(&seen, found.block_s),
             where_it_fails(&seen),
             why(found),
-            glide(vehicle, &nominal, after, &seen),
+            glide(found, vehicle, &seen),
             Section { title: "Notes".into(), lead: String::new(), items: found.notes.iter().map(|n| n.as_str().into()).collect() },
         ],
         provenance,
@@ -43,6 +46,12 @@ fn shown_in(unit: &str) -> (f64, &str) {
 /// Decimals that show three digits of the larger end of a range: no bin is finer.
 fn places(low: f64, high: f64) -> usize {
     (2.0 - low.abs().max(high.abs()).max(1e-3).log10().floor()).clamp(0.0, 5.0) as usize
+}
+
+/// With a large first letter and a full stop.
+fn in_a_sentence(text: &str) -> String {
+    let (first, rest) = text.split_at(text.chars().next().map_or(0, char::len_utf8));
+    format!("{}{}.", first.to_uppercase(), rest.trim_end_matches('.'))
 }
 
 fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
@@ -67,9 +76,8 @@ fn answer(found: &Diagnosis, vehicle: &Vehicle) -> Vec<(String, String)> {
             )
         },
     );
-    [("How wrong", how), ("Where", worst), ("Why", report::explanation(found)), ("What next", report::next_flight(found))]
-        .map(|(k, v)| (k.to_owned(), v))
-        .to_vec()
+    let parts = report::four_parts(found).map(|(part, text)| (part, in_a_sentence(&text)));
+    [("How wrong", how), ("Where", worst)].into_iter().chain(parts).map(|(k, v)| (k.to_owned(), v)).collect()
 }
 
 /// What to take from each run's time so that the time axis shows only time under way, with a minute between runs.
@@ -105,6 +113,8 @@ struct Seen {
     /// Residuals of the first and of the last state.
     before: Vec<Residual>,
     after: Vec<Residual>,
+    /// Measured depth rate of each residual, m/s.
+    sink_m_s: Vec<f64>,
     /// Moment of each residual on the time axis, s.
     moments_s: Vec<f64>,
     alpha_deg: Vec<f64>,
@@ -119,6 +129,7 @@ impl Seen {
             modelled: vec![Vec::new(); states.len()],
             before: Vec::new(),
             after: Vec::new(),
+            sink_m_s: Vec::new(),
             moments_s: Vec::new(),
             alpha_deg: Vec::new(),
         };
@@ -133,6 +144,7 @@ impl Seen {
                 }
                 seen.time_s.push(run.time_s[middle] - shift);
                 seen.moments_s.push(run.time_s[middle] - shift);
+                seen.sink_m_s.push(b.observed_m_s);
                 seen.depth_m.push(run.depth_m[middle]);
                 seen.observed.push(100.0 * b.observed_m_s);
                 for (column, t) in seen.modelled.iter_mut().zip(&tracks) {
@@ -150,6 +162,23 @@ impl Seen {
         seen
     }
 
+    /// L/D of steady dives by whole degrees of angle of attack: its mean, and the 90 % interval of that.
+    fn measured_l_over_d(&self) -> Vec<(f64, [f64; 3])> {
+        /// Fewest blocks that a mean is taken of.
+        const FEWEST: usize = 5;
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for (r, sink) in self.after.iter().zip(&self.sink_m_s).filter(|(r, _)| r.down && r.steady) {
+            let (alpha_deg, speed) = (r.values[0].to_degrees().abs(), r.values[1]);
+            if *sink > 0.0 && speed > *sink && alpha_deg < 20.0 {
+                points.push((alpha_deg, (speed * speed - sink * sink).sqrt() / sink));
+            }
+        }
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let groups = points.chunk_by(|a, b| a.0.floor() == b.0.floor()).filter(|g| g.len() >= FEWEST);
+        let mean = |g: &[(f64, f64)], of: fn(&(f64, f64)) -> f64| g.iter().map(of).sum::<f64>() / g.len() as f64;
+        groups.map(|g| (mean(g, |p| p.0), with_interval(&g.iter().map(|p| p.1).collect::<Vec<_>>()))).collect()
+    }
+
     fn gap_at(&mut self, time_s: f64) {
         self.time_s.push(time_s);
         self.depth_m.push(f64::NAN);
@@ -158,29 +187,42 @@ impl Seen {
     }
 }
 
-fn traces(seen: &Seen) -> Section {
+/// What moved and what could hide, as the figure of `glider plot forest`.
+fn four_parts(found: &Diagnosis) -> Section {
+    Section {
+        title: "What moved, what could hide".into(),
+        lead: "Each number with its 90 % interval, and the least size of each effect that this flight would have shown.".into(),
+        items: answer_charts::parts(found).into_iter().map(Into::into).collect(),
+    }
+}
+
+fn traces(seen: &Seen, block_s: f64) -> Section {
     let time = || Axis::new("time under way", "s");
     let depth =
         Chart::new("Depth", Mark::Line, time(), Axis::new("depth", "m").down()).with(Series::new("measured", &seen.time_s, &seen.depth_m));
     let names = ["model as given", "recalibrated", "after"];
-    let mut rate = Chart::new("Depth rate in 20 s blocks", Mark::Line, time(), Axis::new("depth rate", "cm/s")).with(Series::new(
-        "measured",
-        &seen.time_s,
-        &seen.observed,
-    ));
+    let mut rate = Chart::new(&format!("Depth rate in {block_s:.0} s blocks"), Mark::Line, time(), Axis::new("depth rate", "cm/s"))
+        .with(Series::new("measured", &seen.time_s, &seen.observed));
     let mut residual = Chart::new("Residual (measured minus model)", Mark::Line, time(), Axis::new("residual", "cm/s"));
     for (name, model) in names.iter().zip(&seen.modelled) {
         rate = rate.with(Series::new(name, &seen.time_s, model));
-        if *name != "recalibrated" {
-            let r: Vec<f64> = seen.observed.iter().zip(model).map(|(o, m)| o - m).collect();
-            residual = residual.with(Series::new(name, &seen.time_s, &r));
-        }
+        let r: Vec<f64> = seen.observed.iter().zip(model).map(|(o, m)| o - m).collect();
+        residual = residual.with(Series::new(name, &seen.time_s, &r));
     }
     Section {
         title: "Traces".into(),
         lead: "Drag to zoom, double-click to see all; with the keyboard: tab to a chart, plus and minus.".into(),
         items: [depth, rate, residual].into_iter().map(|c| c.grouped(TIME).into()).collect(),
     }
+}
+
+/// Mean of blocks and its 90 % interval; neighbouring blocks are alike, so the interval is widened by half.
+fn with_interval(values: &[f64]) -> [f64; 3] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let half = NINETY * 1.5 * (variance / n).sqrt();
+    [mean, mean - half, mean + half]
 }
 
 /// Bins of equal count of one variable: centre, mean residual and its 90 % interval, cm/s.
@@ -194,17 +236,13 @@ fn binned(residuals: &[Residual], variable: usize, factor: f64) -> (Vec<String>,
     let size = pairs.len().div_ceil(8).max(1);
     let (mut names, mut mean, mut low, mut high) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for bin in pairs.chunks(size).filter(|b| b.len() > 2) {
-        let n = bin.len() as f64;
-        let m = bin.iter().map(|p| p.1).sum::<f64>() / n;
-        let variance = bin.iter().map(|p| (p.1 - m).powi(2)).sum::<f64>() / (n - 1.0);
-        // 1.645 standard errors; neighbouring blocks are alike, so the interval is widened by half.
-        let half = 1.645 * 1.5 * (variance / n).sqrt();
+        let [m, l, h] = with_interval(&bin.iter().map(|p| p.1).collect::<Vec<_>>());
         let (from, to) = (bin[0].0, bin[bin.len() - 1].0);
         let places = places(from, to);
         names.push(format!("{from:.places$} – {to:.places$}"));
         mean.push(m);
-        low.push(m - half);
-        high.push(m + half);
+        low.push(l);
+        high.push(h);
     }
     (names, mean, low, high)
 }
@@ -219,9 +257,20 @@ fn where_it_fails(seen: &Seen) -> Section {
             .with(Series::new("as given", &bx, &by))
             .with(Series::new("after", &ax, &ay))
             .following(TIME, seen.moments_s.clone(), Vec::new());
-    let column = |k: usize, factor: f64| seen.before.iter().map(|r| factor * r.values[k]).collect();
-    let map = map(&seen.before).following(TIME, seen.moments_s.clone(), vec![column(0, 1f64.to_degrees()), column(1, 1.0)]);
-    let mut items: Vec<Item> = vec![scatter.into(), map.into()];
+    let column = |k: usize, factor: f64| -> Vec<f64> { seen.before.iter().map(|r| factor * r.values[k]).collect() };
+    let residual: Vec<f64> = seen.before.iter().map(|r| 100.0 * r.residual_m_s).collect();
+    let map = |title: &str, x: (Axis, Vec<f64>), y: (Axis, Vec<f64>), cells: (usize, usize)| {
+        let means = map_of_means([&x.1, &y.1, &residual], cells);
+        Chart::new(title, Mark::Map, x.0, y.0).with(means).following(TIME, seen.moments_s.clone(), vec![x.1, y.1])
+    };
+    let alpha = (Axis::new("angle of attack", "°"), column(0, 1f64.to_degrees()));
+    let (speed, depth) = ((Axis::new("speed", "m/s"), column(1, 1.0)), (Axis::new("depth", "m").down(), column(2, 1.0)));
+    let time = (Axis::new("time under way", "s"), seen.moments_s.clone());
+    let mut items: Vec<Item> = vec![
+        scatter.into(),
+        map("Mean residual of the model as given", alpha, speed, (14, 8)).into(),
+        map("Mean residual of the model as given, by time and depth", time, depth, (28, 8)).into(),
+    ];
     for (k, (name, unit)) in VARIABLES.iter().enumerate().take(7) {
         let (factor, unit) = shown_in(unit);
         let (names, mean, low, high) = binned(&seen.before, k, factor);
@@ -237,45 +286,11 @@ fn where_it_fails(seen: &Seen) -> Section {
     }
 }
 
-/// Mean residual over a grid of angle of attack and speed.
-fn map(residuals: &[Residual]) -> Chart {
-    let range = |k: usize, factor: f64| {
-        let values: Vec<f64> = residuals.iter().map(|r| r.values[k] * factor).filter(|v| v.is_finite()).collect();
-        (logs::record::plausible::quantile(&values, 0.01), logs::record::plausible::quantile(&values, 0.99))
-    };
-    let (nx, ny) = (14usize, 8usize);
-    let (a, u) = (range(0, 1f64.to_degrees()), range(1, 1.0));
-    let mut sums = vec![(0.0, 0u32); nx * ny];
-    for r in residuals {
-        let i = ((r.values[0].to_degrees() - a.0) / (a.1 - a.0) * nx as f64).floor();
-        let j = ((r.values[1] - u.0) / (u.1 - u.0) * ny as f64).floor();
-        if (0.0..nx as f64).contains(&i) && (0.0..ny as f64).contains(&j) {
-            let cell = &mut sums[j as usize * nx + i as usize];
-            *cell = (cell.0 + 100.0 * r.residual_m_s, cell.1 + 1);
-        }
-    }
-    let centre = |(low, high): (f64, f64), n: usize| (0..n).map(|i| low + (high - low) * (i as f64 + 0.5) / n as f64).collect();
-    let z = sums.iter().map(|(s, n)| if *n > 0 { s / f64::from(*n) } else { f64::NAN }).collect();
-    let series = Series { name: "cm/s".into(), x: centre(a, nx), y: centre(u, ny), z, ..Series::default() };
-    Chart::new("Mean residual of the model as given", Mark::Map, Axis::new("angle of attack", "°"), Axis::new("speed", "m/s")).with(series)
-}
-
 fn name_of(c: &Ranked) -> String {
     c.effects.join(" + ")
 }
 
 fn why(found: &Diagnosis) -> Section {
-    let heldout = found.block_error_m_s[0].is_finite();
-    let errors = if heldout { found.block_error_m_s } else { found.fitted_error_m_s };
-    let mut steps = vec!["as given".to_owned(), "recalibrated".to_owned()];
-    let mut values = vec![100.0 * errors[0], 100.0 * errors[1]];
-    for c in found.candidates.iter().take(8) {
-        steps.push(format!("with {}", name_of(c)));
-        values.push(100.0 * if heldout { c.error_check_m_s } else { c.error_fitted_m_s });
-    }
-    steps.push("floor: water and sensors alone".into());
-    values.push(100.0 * found.noise_floor_m_s);
-    let fall = Chart::bars("Error as effects are added", Axis::new("error", "cm/s"), steps, "error", &values, &[], &[]);
     let rows = found
         .candidates
         .iter()
@@ -303,7 +318,7 @@ fn why(found: &Diagnosis) -> Section {
         .collect();
     let head = ["effects", "probability", "log odds", "error fitted (cm/s)", "error held out (cm/s)", "parameters with 90 % interval"];
     let table = Table { caption: "All that was asked, best first".into(), head: head.map(Into::into).to_vec(), rows };
-    let mut items: Vec<Item> = vec![fall.into()];
+    let mut items: Vec<Item> = vec![answer_charts::ladder(found).into()];
     if found.equivalent.len() > 1 {
         let tied: Vec<String> = found.equivalent.iter().map(|e| e.join(" + ")).collect();
         items.push(format!("Cannot be distinguished with this flight: {}.", tied.join("; ")).as_str().into());
@@ -312,18 +327,34 @@ fn why(found: &Diagnosis) -> Section {
     Section { title: "Why".into(), lead: format!("Verdict: {}.", found.verdict.name()), items }
 }
 
-fn l_over_d((constants, effects): &(Constants, Vec<Active>), degrees: &[f64]) -> Vec<f64> {
+/// L/D in a dive at 0.3 m/s over angles of attack.
+pub(crate) fn l_over_d((constants, effects): &(Constants, Vec<Active>), degrees: &[f64]) -> Vec<f64> {
     let model = ForceModel::new(*constants, effects);
     // 0.3 m/s: a shallow glider's speed, where a speed-dependent effect is at its reference.
     let at = |d: &f64| model.coefficients(&Flow { climb_m_s: -0.1, ..Flow::steady(d.to_radians(), 0.3) });
     degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
 }
 
-fn glide(vehicle: &Vehicle, before: &State, after: &State, seen: &Seen) -> Section {
+/// L/D as given, recalibrated with its 90 % band, and with what was found, and what the flight itself measured.
+#[must_use]
+pub fn polar(found: &Diagnosis, vehicle: &Vehicle) -> Chart {
+    polar_by(found, vehicle, &Seen::new(found, vehicle, &[&found.after]))
+}
+
+fn polar_by(found: &Diagnosis, vehicle: &Vehicle, seen: &Seen) -> Chart {
     let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
-    let curve = Chart::new("L/D in a dive at 0.3 m/s", Mark::Line, Axis::new("angle of attack", "°"), Axis::new("L/D", ""))
-        .with(Series::new("as given", &degrees, &l_over_d(&law(vehicle, before), &degrees)))
-        .with(Series::new("after", &degrees, &l_over_d(&law(vehicle, after), &degrees)));
+    let of = |name: &str, state: &State| Series::new(name, &degrees, &l_over_d(&law(vehicle, state), &degrees));
+    let band = found.parts.polar.iter().map(|(alpha, ends)| (alpha.to_degrees(), *ends));
+    let measured = Series::intervals("measured depth rate at the model's speed, 90 %", Mark::Interval, seen.measured_l_over_d());
+    Chart::new("L/D in a dive at 0.3 m/s", Mark::Line, Axis::new("angle of attack", "°"), Axis::new("L/D", ""))
+        .with(of("as given", &State::nominal()))
+        .with(of("after", &found.after))
+        .with(Series::intervals("90 %", Mark::Band, band))
+        .with(measured)
+}
+
+fn glide(found: &Diagnosis, vehicle: &Vehicle, seen: &Seen) -> Section {
+    let curve = polar_by(found, vehicle, seen);
     let share: Vec<f64> = (0..20)
         .map(|i| {
             let inside = seen.alpha_deg.iter().filter(|a| (f64::from(i)..f64::from(i + 1)).contains(a)).count();

@@ -10,23 +10,27 @@
 //! Long traces are thinned by [`thin`], which keeps each bucket's extremes, so
 //! that a 3 h flight stays below 1 MB and no spike is lost.
 
+pub mod answer_charts;
+pub mod chart;
 pub mod control_scorecard;
 pub mod diagnosis_scorecard;
 pub mod effect_list;
 pub mod fault_campaign;
 pub mod figure;
 pub mod flight_report;
-#[cfg(feature = "figures")]
-mod pdf;
 pub mod places;
 pub mod plots;
 #[cfg(feature = "figures")]
 mod printed;
 pub mod real_scorecard;
+pub mod timeline_figure;
+pub mod track_map;
 
 use serde::Serialize;
 
+mod short;
 mod thinning;
+pub use chart::{Axis, Chart, Mark, Series};
 pub use thinning::thin;
 
 /// Where the numbers come from; printed in the footer.
@@ -56,7 +60,7 @@ impl Provenance {
 pub struct Page {
     /// Heading.
     pub title: String,
-    /// The first screen: label and sentence, at most four ("How wrong", "Where", "Why", "What next").
+    /// The first screen: label and sentence, at most six ("How wrong", "Where", and the four parts of an answer).
     pub answer: Vec<(String, String)>,
     /// The rest.
     pub sections: Vec<Section>,
@@ -115,157 +119,6 @@ pub struct Heat {
     /// By cell: 0 to 1 from pale to strong (orange), negative: wrong (red), NaN: plain.
     #[serde(serialize_with = "short::rows")]
     pub shade: Vec<Vec<f64>>,
-}
-
-/// How a chart's series are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mark {
-    /// Joined by lines.
-    Line,
-    /// Single points.
-    Point,
-    /// Bars over categories (`categories` of the chart), with optional intervals.
-    Bar,
-    /// Colour map: `x` and `y` are bin centres, `z` the values, row by row.
-    Map,
-}
-
-/// One axis.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Axis {
-    /// Quantity.
-    pub label: String,
-    /// Unit, empty for none.
-    pub unit: String,
-    /// Larger values at the bottom (depth).
-    pub inverted: bool,
-}
-
-impl Axis {
-    /// A quantity and its unit.
-    #[must_use]
-    pub fn new(label: &str, unit: &str) -> Self {
-        Self { label: label.into(), unit: unit.into(), inverted: false }
-    }
-
-    /// The same, growing downwards.
-    #[must_use]
-    pub fn down(self) -> Self {
-        Self { inverted: true, ..self }
-    }
-}
-
-/// One series.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Series {
-    /// Name in the legend.
-    pub name: String,
-    /// Abscissae; non-finite values are gaps.
-    #[serde(serialize_with = "short::long")]
-    pub x: Vec<f64>,
-    /// Ordinates, same length; for maps, bin centres.
-    #[serde(serialize_with = "short::serialize")]
-    pub y: Vec<f64>,
-    /// Lower end of each interval, if any.
-    #[serde(serialize_with = "short::serialize", skip_serializing_if = "Vec::is_empty")]
-    pub low: Vec<f64>,
-    /// Upper end of each interval, if any.
-    #[serde(serialize_with = "short::serialize", skip_serializing_if = "Vec::is_empty")]
-    pub high: Vec<f64>,
-    /// Map values, `y.len()` rows of `x.len()`.
-    #[serde(serialize_with = "short::serialize", skip_serializing_if = "Vec::is_empty")]
-    pub z: Vec<f64>,
-}
-
-impl Series {
-    /// A series of points, thinned to what a screen can show.
-    #[must_use]
-    pub fn new(name: &str, x: &[f64], y: &[f64]) -> Self {
-        let (x, y) = thin(x, y, 2400);
-        Self { name: name.into(), x, y, ..Self::default() }
-    }
-}
-
-/// One chart.
-#[derive(Clone, Debug, Serialize)]
-pub struct Chart {
-    /// What it shows; also its text alternative.
-    pub title: String,
-    /// How.
-    pub mark: Mark,
-    /// Abscissa.
-    pub x: Axis,
-    /// Ordinate.
-    pub y: Axis,
-    /// Series in drawing order.
-    pub series: Vec<Series>,
-    /// Names of the bars.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub categories: Vec<String>,
-    /// Charts of one group share cursor and zoom.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub group: Option<String>,
-    /// The group over time that a chart of something else follows: the moment pointed at there is ringed here.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub clock: Option<String>,
-    /// Moments of the points of the first series, or of the places of a map.
-    #[serde(serialize_with = "short::long", skip_serializing_if = "Vec::is_empty")]
-    pub at: Vec<f64>,
-    /// Where on the axes of a map each moment is.
-    #[serde(rename = "where", serialize_with = "short::columns", skip_serializing_if = "Vec::is_empty")]
-    pub places: Vec<Vec<f64>>,
-}
-
-impl Chart {
-    /// A chart without series.
-    #[must_use]
-    pub fn new(title: &str, mark: Mark, x: Axis, y: Axis) -> Self {
-        Self {
-            title: title.into(),
-            mark,
-            x,
-            y,
-            series: Vec::new(),
-            categories: Vec::new(),
-            group: None,
-            clock: None,
-            at: Vec::new(),
-            places: Vec::new(),
-        }
-    }
-
-    /// With one more series.
-    #[must_use]
-    pub fn with(mut self, series: Series) -> Self {
-        self.series.push(series);
-        self
-    }
-
-    /// In a group that shares cursor and zoom.
-    #[must_use]
-    pub fn grouped(mut self, group: &str) -> Self {
-        self.group = Some(group.into());
-        self
-    }
-
-    /// On the clock of a group: `at` are the moments of the points, `places` of a map where they are on its axes.
-    #[must_use]
-    pub fn following(mut self, group: &str, at: Vec<f64>, places: Vec<Vec<f64>>) -> Self {
-        // A series that was thinned has lost which point is which moment.
-        if self.mark == Mark::Map || self.series.first().is_some_and(|s| s.x.len() == at.len()) {
-            (self.clock, self.at, self.places) = (Some(group.into()), at, places);
-        }
-        self
-    }
-
-    /// Bars over named categories, with intervals where `low` and `high` are given.
-    #[must_use]
-    pub fn bars(title: &str, y: Axis, categories: Vec<String>, name: &str, values: &[f64], low: &[f64], high: &[f64]) -> Self {
-        let x = (0..values.len()).map(|i| i as f64).collect();
-        let series = Series { name: name.into(), x, y: values.into(), low: low.into(), high: high.into(), z: Vec::new() };
-        Self { categories, ..Self::new(title, Mark::Bar, Axis::default(), y) }.with(series)
-    }
 }
 
 impl From<Chart> for Item {
@@ -341,50 +194,6 @@ impl Page {
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-/// Numbers as short as a screen needs: five significant digits, gaps as null.
-mod short {
-    use serde::{Serializer, ser::SerializeSeq};
-
-    /// Two digits: a shade.
-    pub fn rows<S: Serializer>(rows: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
-        let shade = |v: &f64| if v.is_finite() { Some((v * 100.0).round() / 100.0) } else { None };
-        serializer.collect_seq(rows.iter().map(|row| row.iter().map(shade).collect::<Vec<_>>()))
-    }
-
-    /// Eight digits: a time axis must tell rows of a 30-day log apart.
-    pub fn long<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
-        rounded(values, 8, serializer)
-    }
-
-    pub fn columns<S: Serializer>(columns: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
-        let short = |v: &f64| v.is_finite().then(|| (v * 1e4).round() / 1e4);
-        serializer.collect_seq(columns.iter().map(|c| c.iter().map(short).collect::<Vec<_>>()))
-    }
-
-    pub fn serialize<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
-        rounded(values, 5, serializer)
-    }
-
-    fn rounded<S: Serializer>(values: &[f64], digits: i32, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut seq = serializer.serialize_seq(Some(values.len()))?;
-        for &v in values {
-            if !v.is_finite() {
-                seq.serialize_element(&None::<f64>)?;
-                continue;
-            }
-            let places = if v == 0.0 { 0 } else { digits - v.abs().log10().ceil() as i32 };
-            let scale = 10f64.powi(places.clamp(-12, 12));
-            let rounded = (v * scale).round() / scale;
-            if rounded == rounded.trunc() && rounded.abs() < 1e15 {
-                seq.serialize_element(&(rounded as i64))?;
-            } else {
-                seq.serialize_element(&rounded)?;
-            }
-        }
-        seq.end()
-    }
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ const Glider = (() => {
   const hues = (series) => {
     const fixed = series.map((s) => STEPS[s.name]), free = [0, 1, 2, 3, 4, 5, 6].filter((i) => !fixed.includes(i));
     let next = 0;
-    return fixed.map((i) => i ?? free[next++ % free.length]);
+    return series.reduce((out, s, i) => [...out, s.lower ? out[i - 1] : fixed[i] ?? free[next++ % free.length]], []);
   };
   const fmt = (v) => {
     if (v == null || !Number.isFinite(v)) return '–';
@@ -34,7 +34,10 @@ const Glider = (() => {
     if (a !== 0 && (a < 1e-3 || a >= 1e6)) return v.toExponential(2);
     return String(Number(v.toPrecision(4)));
   };
-  const axisText = (a) => (a.unit ? `${a.label} (${a.unit})` : a.label);
+  const axisText = (a) => (a.unit && a.unit !== '1' ? `${a.label} (${a.unit})` : a.label);
+  // Hours where seconds would be thousands: the axis, and seconds of one of its units.
+  const HOUR = 3600;
+  const readable = (axis, span) => (axis.unit === 's' && span > 2 * HOUR ? [{ ...axis, unit: 'h' }, HOUR] : [axis, 1]);
   const charts = new Set(); // everything that must be redrawn when theme or width changes
 
   // ---- one moment in all charts -----------------------------------------
@@ -60,12 +63,21 @@ const Glider = (() => {
   };
 
   // ---- lines and points -------------------------------------------------
+  // A band is drawn as its two edges with the area between them filled.
+  const traces = (chart) => chart.series.flatMap((s) => ((s.mark || chart.mark) === 'band' ? [{ ...s, y: s.high }, { ...s, y: s.low, lower: true }] : [s]));
+  // From where to where the values go that are no spikes: where the outermost hundredth would take more of the axis than all others, it is left out.
+  const sober = (values) => {
+    const v = values.filter((y) => y != null).sort((a, b) => a - b), n = v.length;
+    if (n < 50) return null;
+    const lo = v[Math.round(0.01 * (n - 1))], hi = v[Math.round(0.99 * (n - 1))], inner = hi - lo;
+    return inner > 0 ? [lo - v[0] > inner ? lo - 0.1 * inner : v[0], v[n - 1] - hi > inner ? hi + 0.1 * inner : v[n - 1]] : null;
+  };
   function linesData(chart) {
-    const same = chart.series.every((s) => s.x.length === chart.series[0].x.length && s.x.every((v, i) => v === chart.series[0].x[i]));
+    const series = traces(chart);
+    const same = series.every((s) => s.x.length === series[0].x.length && s.x.every((v, i) => v === series[0].x[i]));
     const rising = (x) => x.every((v, i) => i === 0 || v >= x[i - 1]);
-    chart.joined = !(same && rising(chart.series[0].x));
-    if (!chart.joined) return [chart.series[0].x, ...chart.series.map((s) => s.y)];
-    const tables = chart.series.map((s) => {
+    if (same && rising(series[0].x)) return [series[0].x, ...series.map((s) => s.y)];
+    const tables = series.map((s) => {
       const at = s.x.map((_, i) => i).filter((i) => s.x[i] != null).sort((a, b) => s.x[a] - s.x[b] || a - b);
       // uPlot.join wants distinct abscissae: nudge ties by one part in 1e9.
       let last = -Infinity;
@@ -74,8 +86,17 @@ const Glider = (() => {
     });
     return uPlot.join(tables);
   }
-  function lines(box, chart) {
-    const mark = (s) => s.mark || chart.mark;
+  function lines(box, chart, note) {
+    const mark = (s) => s.mark || chart.mark, dotted = (s) => ['point', 'interval'].includes(mark(s));
+    // Of the ordinates in sight, all but spikes; once zoomed in, all.
+    const upright = (u, min, max) => {
+      if (min == null) return [null, null];
+      const [first, last] = [u.data[0][0], u.data[0][u.data[0].length - 1]], zoomed = u.scales.x.max - u.scales.x.min < 0.999 * (last - first);
+      const all = traces(chart).flatMap((s) => s.y), limits = zoomed ? null : sober(all);
+      const beyond = limits ? all.filter((y) => y != null && (y < limits[0] || y > limits[1])).length : 0;
+      note.textContent = beyond ? ` – ${beyond} value${beyond > 1 ? 's' : ''} beyond the axis; zoom in to see ${beyond > 1 ? 'them' : 'it'}` : '';
+      return uPlot.rangeNum(...(limits ? [Math.max(min, limits[0]), Math.min(max, limits[1])] : [min, max]), 0.1, true);
+    };
     const size = () => [Math.max(280, box.clientWidth || 600), box.closest('figure.wide') ? 300 : 270];
     // A chart of places: a metre is as long to the east as to the north; a zoom goes its own way.
     const equal = (axis) => {
@@ -86,27 +107,41 @@ const Glider = (() => {
       const middle = (ends[axis][0] + ends[axis][1]) / 2, half = (metre * px[axis]) / 2;
       return (u, min, max) => (axis === 'x' && max - min < 0.999 * (ends.x[1] - ends.x[0]) ? [min, max] : [middle - half, middle + half]);
     };
-    const options = () => { const hue = hues(chart.series), [width, height] = size(); return ({
+    const spanned = () => { let lo = Infinity, hi = -Infinity; chart.series.forEach((s) => s.x.forEach((v) => { if (v != null) { lo = Math.min(lo, v); hi = Math.max(hi, v); } })); return hi - lo; };
+    const options = () => { const series = traces(chart), hue = hues(series), [width, height] = size(), dashed = (i) => i && mark(series[i - 1]) === 'dashed'; return ({
       width, height,
       cursor: { sync: chart.group ? { key: chart.group, scales: ['x', null] } : undefined, drag: { x: true, y: false } },
-      legend: { markers: { width: 0, fill: (u, i) => (i ? colour(hue[i - 1]) : 'transparent') } },
-      hooks: { draw: [(u) => { let named = -Infinity; (chart.marks || []).forEach((m) => { named = mark_at(u, m, named); }); }], setCursor: [pointed], setScale: [() => { ring.hidden = true; }] },
-      scales: { x: { time: false, range: equal('x') }, y: { dir: chart.y.inverted ? -1 : 1, range: equal('y') } },
-      axes: [chart.x, chart.y].map((a, i) => ({
-        label: axisText(a), stroke: css('--ink'), grid: { stroke: css('--line'), width: 1 }, ticks: { stroke: css('--line') },
+      legend: { markers: { width: (u, i) => (dashed(i) ? 2 : 0), stroke: (u, i) => (i ? colour(hue[i - 1]) : 'transparent'), dash: 'dashed', fill: (u, i) => (i && !dashed(i) ? colour(hue[i - 1]) + (mark(series[i - 1]) === 'band' ? '55' : '') : 'transparent') } },
+      hooks: { draw: [(u) => series.forEach((s, i) => mark(s) === 'interval' && whiskers(u, s, colour(hue[i]))), (u) => { let named = -Infinity; (chart.marks || []).forEach((m) => { named = mark_at(u, m, named); }); }], setCursor: [pointed], setScale: [() => { ring.hidden = true; }] },
+      scales: { x: { time: false, range: equal('x') }, y: { dir: chart.y.inverted ? -1 : 1, range: equal('y') || upright } },
+      bands: series.flatMap((s, i) => (s.lower ? [{ series: [i, i + 1], fill: colour(hue[i]) + '33' }] : [])),
+      axes: [readable(chart.x, spanned()), [chart.y, 1]].map(([a, per], i) => ({
+        label: axisText(a), incrs: per === 1 ? undefined : [0.25, 0.5, 1, 2, 3, 6, 12, 24, 48, 96, 240, 480].map((h) => h * per), stroke: css('--ink'), grid: { stroke: css('--line'), width: 1 }, ticks: { stroke: css('--line') },
         size: i ? 62 : 44, labelSize: 22, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif',
-        values: (u, ticks) => ticks.map((v) => (v == null ? '' : String(Number(v.toPrecision(6))))),
+        values: (u, ticks) => ticks.map((v) => (v == null ? '' : String(Number((v / per).toPrecision(6))))),
       })),
       series: [
-        { label: axisText(chart.x), value: (u, v) => fmt(v) },
-        ...chart.series.map((s, i) => ({
-          label: s.name, stroke: colour(hue[i]), value: (u, v) => fmt(v), spanGaps: false,
-          width: mark(s) === 'point' ? 0 : 1.6, dash: hue[i] === 6 ? [6, 4] : undefined,
-          paths: mark(s) === 'point' ? () => null : undefined,
-          points: mark(s) === 'point' ? { show: true, size: 4, fill: colour(hue[i]), width: 0 } : { show: false },
+        { label: axisText(readable(chart.x, spanned())[0]), value: (u, v) => fmt(v == null ? v : v / readable(chart.x, spanned())[1]) },
+        ...series.map((s, i) => ({
+          label: s.name + (s.lower ? ' from' : mark(s) === 'band' ? ' to' : ''), stroke: colour(hue[i]), value: (u, v) => fmt(v), spanGaps: false,
+          width: dotted(s) ? 0 : mark(s) === 'band' ? 0.5 : 1.6, dash: mark(s) === 'dashed' || hue[i] === 6 ? [6, 4] : undefined,
+          paths: dotted(s) ? () => null : mark(s) === 'bar' ? uPlot.paths.bars({ size: [1, Infinity] }) : undefined, fill: mark(s) === 'bar' ? colour(hue[i]) + '55' : undefined,
+          points: dotted(s) ? { show: true, size: 4, fill: colour(hue[i]), width: 0 } : { show: false },
         })),
       ],
     }); };
+    const whiskers = (u, s, stroke) => {
+      const c = u.ctx;
+      c.save();
+      c.strokeStyle = stroke;
+      c.lineWidth = 1.5 * devicePixelRatio;
+      s.x.forEach((x, i) => {
+        if (x == null || s.low[i] == null || s.high[i] == null) return;
+        const at = u.valToPos(x, 'x', true);
+        c.beginPath(); c.moveTo(at, u.valToPos(s.low[i], 'y', true)); c.lineTo(at, u.valToPos(s.high[i], 'y', true)); c.stroke();
+      });
+      c.restore();
+    };
     // A moment that has a name: a fault, a change of phase. A phase is named only where the name before leaves room.
     const mark_at = (u, m, named) => {
       const x = u.valToPos(m.x, 'x', true);
@@ -193,37 +228,57 @@ const Glider = (() => {
     for (let v = Math.ceil(lo / step) * step; v <= hi + step * 1e-9; v += step) out.push(Math.abs(v) < step * 1e-9 ? 0 : v);
     return out;
   };
+  // Rows over categories: bars, intervals and bands, with a label at the end of each, or under it where there is no room beside.
   function bars(box, chart) {
+    const mark = (s) => s.mark || chart.mark;
+    const wrapped = (text, letters) => text.split(' ').reduce((lines, word) => {
+      const last = lines[lines.length - 1];
+      if (last && last.length + 1 + word.length <= letters) lines[lines.length - 1] = `${last} ${word}`; else lines.push(word);
+      return lines;
+    }, []);
     const draw = () => {
-      const s = chart.series[0] || { y: [] }, names = chart.categories || [];
-      const width = Math.max(300, box.clientWidth || 600), row = 26, left = Math.min(230, width * 0.42), top = 6;
-      const height = top + row * names.length + 40;
-      const all = [...s.y, ...(s.low || []), ...(s.high || []), 0].filter((v) => v != null);
+      const names = chart.categories || [], shown = chart.series.filter((s) => mark(s) !== 'band');
+      const last = shown[shown.length - 1] || { y: [] };
+      const labels = chart.labels || names.map((_, i) => (last.y[i] == null ? '' : fmt(last.y[i])));
+      const longest = (list) => Math.max(0, ...list.map((t) => t.length));
+      const width = Math.max(300, box.clientWidth || 600), left = Math.min(6.7 * longest(names) + 14, width * 0.42);
+      const under = 6.6 * longest(labels) > width * 0.45, right = under ? 14 : 6.9 * longest(labels) + 16;
+      const lines = names.map((name) => wrapped(name, Math.floor((left - 8) / 6.4)));
+      const tall = lines.map((l) => 12 + 14 * l.length + (under ? 16 : 0)), top = 6;
+      const tops = tall.map((_, i) => top + tall.slice(0, i).reduce((sum, h) => sum + h, 0));
+      const bottom = top + tall.reduce((sum, h) => sum + h, 0), height = bottom + 40;
+      const all = chart.series.flatMap((s) => [...(mark(s) === 'band' ? [] : s.y), ...(s.low || []), ...(s.high || [])]).filter((v) => v != null);
+      if (!all.length || shown.some((s) => mark(s) === 'bar')) all.push(0);
       let lo = Math.min(...all), hi = Math.max(...all);
       if (lo === hi) hi = lo + 1;
       const pad = (hi - lo) * 0.05;
       if (lo < 0) lo -= pad;
       hi += pad;
-      const x = (v) => left + ((v - lo) / (hi - lo)) * (width - left - 62);
+      const x = (v) => left + ((v - lo) / (hi - lo)) * (width - left - right);
       const root = svg('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': chart.title });
       for (const t of ticks(lo, hi, width < 500 ? 3 : 6)) {
-        root.append(svg('line', { x1: x(t), x2: x(t), y1: top, y2: height - 36, class: 'grid' }));
-        root.append(svg('text', { x: x(t), y: height - 22, 'text-anchor': 'middle' }, fmt(t)));
+        root.append(svg('line', { x1: x(t), x2: x(t), y1: top, y2: bottom, class: 'grid' }));
+        root.append(svg('text', { x: x(t), y: bottom + 16, 'text-anchor': 'middle' }, fmt(t)));
       }
-      root.append(svg('text', { x: (left + width - 62) / 2, y: height - 5, 'text-anchor': 'middle' }, axisText(chart.y)));
-      names.forEach((name, i) => {
-        const v = s.y[i], y = top + row * i;
-        const label = name.length * 6.6 > left - 10 ? name.slice(0, Math.floor((left - 20) / 6.6)) + '…' : name;
-        const text = svg('text', { x: left - 8, y: y + 17, 'text-anchor': 'end' }, label);
-        text.append(svg('title', {}, name));
-        root.append(text);
-        if (v == null) return;
-        root.append(svg('rect', { x: Math.min(x(0), x(v)), y: y + 5, width: Math.max(1, Math.abs(x(v) - x(0))), height: 15, fill: colour(0), rx: 2 }));
-        if (s.low && s.low[i] != null && s.high[i] != null) {
-          root.append(svg('path', { d: `M${x(s.low[i])} ${y + 12.5}H${x(s.high[i])}M${x(s.low[i])} ${y + 8}v9M${x(s.high[i])} ${y + 8}v9`, stroke: css('--ink'), 'stroke-width': 1.6, fill: 'none' }));
+      const title = wrapped(axisText(chart.y), Math.floor(width / 6.3));
+      title.forEach((line, k) => root.append(svg('text', { x: width / 2, y: height - 5 + 14 * k, 'text-anchor': 'middle' }, line)));
+      root.setAttribute('viewBox', `0 0 ${width} ${height + 14 * (title.length - 1)}`);
+      names.forEach((_, i) => {
+        const middle = tops[i] + (tall[i] - (under ? 16 : 0)) / 2;
+        for (const s of chart.series) {
+          const v = s.y[i], ends = s.low && s.low[i] != null && s.high[i] != null ? [s.low[i], s.high[i]] : null;
+          const block = (from, to, h, fill, extra) => root.append(svg('rect', { x: Math.min(x(from), x(to)), y: middle - h / 2, width: Math.max(1, Math.abs(x(to) - x(from))), height: h, fill, ...extra }));
+          if (mark(s) === 'band') { if (ends) block(...ends, tall[i], colour(0), { opacity: 0.15 }); continue; }
+          if (v == null) continue;
+          if (mark(s) === 'bar') block(0, v, 15, colour(0), { rx: 2 });
+          if (ends) root.append(svg('path', { d: `M${x(ends[0])} ${middle}H${x(ends[1])}M${x(ends[0])} ${middle - 4.5}v9M${x(ends[1])} ${middle - 4.5}v9`, stroke: css('--ink'), 'stroke-width': 1.6, fill: 'none' }));
+          if (mark(s) !== 'bar') root.append(svg('circle', { cx: x(v), cy: middle, r: 5, fill: colour(1) }));
         }
-        const end = Math.max(x(v), s.high && s.high[i] != null ? x(s.high[i]) : -Infinity, x(0));
-        root.append(svg('text', { x: end + 6, y: y + 17 }, fmt(v)));
+        lines[i].forEach((line, k) => root.append(svg('text', { x: left - 8, y: middle + 4 + 14 * (k - (lines[i].length - 1) / 2), 'text-anchor': 'end' }, line)));
+        // Beside a bar its own end; beside intervals a column.
+        const ends = shown.map((s) => Math.max(x(s.y[i] ?? lo), s.high && s.high[i] != null ? x(s.high[i]) : 0, x(Math.max(lo, 0))));
+        if (under) root.append(svg('text', { x: left - 8 > 120 ? left : 14, y: tops[i] + tall[i] - 5, class: 'under' }, labels[i]));
+        else root.append(svg('text', { x: chart.labels ? width - right + 10 : Math.max(...ends) + 6, y: middle + 4 }, labels[i]));
       });
       box.replaceChildren(root);
     };
@@ -238,7 +293,9 @@ const Glider = (() => {
       return `rgb(${mid.map((m, i) => Math.round(m + (end[i] - m) * a)).join(',')})`;
     };
     const draw = () => {
-      const s = chart.series[0], width = Math.max(300, box.clientWidth || 600), height = 300, left = 60, bottom = 46, right = 70;
+      const s = chart.series[0];
+      if (!s.z.some((v) => v != null)) { box.replaceChildren(); return; }
+      const width = Math.max(300, box.clientWidth || 600), height = 300, left = 60, bottom = 46, right = 70;
       const nx = s.x.length, ny = s.y.length, w = (width - left - right) / nx, h = (height - bottom - 8) / ny;
       const most = chart.most || Math.max(1e-12, ...s.z.filter((v) => v != null).map(Math.abs));
       const down = chart.y.inverted, rowTop = (j) => 8 + (down ? j : ny - 1 - j) * h;
@@ -253,9 +310,10 @@ const Glider = (() => {
       // Round numbers at their places, not the middles of bins.
       const places = (v, n) => { const d = n > 1 ? (v[n - 1] - v[0]) / (n - 1) : 1, lo = v[0] - d / 2, hi = v[n - 1] + d / 2; return { lo, hi, at: (t) => (t - lo) / (hi - lo) }; };
       const px = places(s.x, nx), py = places(s.y, ny);
-      for (const t of ticks(px.lo, px.hi, width / 90)) root.append(svg('text', { x: left + px.at(t) * nx * w, y: height - bottom + 18, 'text-anchor': 'middle' }, fmt(t)));
+      const [axis, per] = readable(chart.x, px.hi - px.lo);
+      for (const t of ticks(px.lo / per, px.hi / per, width / 90)) root.append(svg('text', { x: left + px.at(t * per) * nx * w, y: height - bottom + 18, 'text-anchor': 'middle' }, fmt(t)));
       for (const t of ticks(py.lo, py.hi, 6)) root.append(svg('text', { x: left - 6, y: 12 + (down ? py.at(t) : 1 - py.at(t)) * ny * h, 'text-anchor': 'end' }, fmt(t)));
-      root.append(svg('text', { x: (left + width - right) / 2, y: height - 6, 'text-anchor': 'middle' }, axisText(chart.x)));
+      root.append(svg('text', { x: (left + width - right) / 2, y: height - 6, 'text-anchor': 'middle' }, axisText(axis)));
       const yl = svg('text', { transform: `translate(13 ${(height - bottom) / 2}) rotate(-90)`, 'text-anchor': 'middle' }, axisText(chart.y));
       root.append(yl);
       for (let k = 0; k <= 20; k++) root.append(svg('rect', { x: width - right + 14, y: 8 + ((20 - k) * (height - bottom - 8)) / 21, width: 12, height: (height - bottom - 8) / 21 + 0.4, fill: shade(k / 10 - 1) }));
@@ -285,17 +343,18 @@ const Glider = (() => {
     d.addEventListener('toggle', () => {
       if (!d.open || d.querySelector('table')) return;
       const rows = [];
-      for (const s of chart.series) s.y.slice(0, chart.mark === 'map' ? 0 : 400).forEach((y, i) => rows.push([s.name, (chart.categories || [])[i] ?? fmt(s.x[i]), fmt(y)]));
+      for (const s of chart.series.filter((t) => !chart.categories || t.mark !== 'band')) s.y.slice(0, chart.mark === 'map' ? 0 : 400).forEach((y, i) => rows.push([s.name, (chart.categories || [])[i] ?? fmt(s.x[i]), (chart.labels || [])[i] ?? fmt(y) + (s.low ? ` (${fmt(s.low[i])} to ${fmt(s.high[i])})` : '')]));
       d.append(table({ caption: '', head: ['series', axisText(chart.x) || 'name', axisText(chart.y)], rows }));
     });
     return d;
   }
   function figure(chart, wide) {
     const box = el('div', { class: 'plot', tabindex: '0', role: 'group', 'aria-label': `${chart.title}: ${axisText(chart.y)} against ${axisText(chart.x)}. Keys: plus and minus zoom, arrows move the cursor, shift and arrows pan, zero shows all.` });
-    const fig = el('figure', { class: wide ? 'wide' : '' }, el('figcaption', {}, chart.title), box);
+    const note = el('span', { class: 'lead' });
+    const fig = el('figure', { class: wide ? 'wide' : '' }, el('figcaption', {}, chart.title, note), box);
     if (chart.mark !== 'map') fig.append(dataTable(chart));
     fig.attach = () => {
-      const handle = chart.mark === 'bar' ? bars(box, chart) : chart.mark === 'map' ? map(box, chart) : lines(box, chart);
+      const handle = chart.categories ? bars(box, chart) : chart.mark === 'map' ? map(box, chart) : lines(box, chart, note);
       fig.handle = handle;
       box.handle = handle;
       charts.add(handle);
@@ -326,7 +385,7 @@ const Glider = (() => {
     for (const item of s.items) {
       if (item.type === 'chart') {
         if (!grid) node.append((grid = el('div', { class: 'charts' })));
-        const f = figure(item, !!item.group || item.mark === 'bar' && (item.categories || []).length > 12);
+        const f = figure(item, !!item.group || !!item.labels || (item.categories || []).length > 12);
         figures.push(f);
         grid.append(f);
       } else {

@@ -1,15 +1,16 @@
-//! Charts for papers: lines, points and histograms with labelled axes, and their numbers as csv and JSON.
+//! Charts in print: lines, points, bands, histograms and rows over categories, with labelled axes.
 //!
 //! Colours are the eight of Okabe & Ito, which people with any common colour blindness can tell apart; series also differ
 //! in mark or dash. Drawn by `plotters` (MIT, SVG backend only); files of them: [`crate::pages::figure`].
 
-use std::fmt::Write as _;
-
 use anyhow::anyhow;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
-use serde_json::{Value, json};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use crate::pages::chart::{Chart, Mark, Series, robust_range};
 
 /// Okabe–Ito palette, in the order series take them.
 pub const PALETTE: [(u8, u8, u8); 7] =
@@ -81,96 +82,45 @@ impl Paper {
     }
 }
 
-/// How a series is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mark {
-    /// A line through the points.
-    Line,
-    /// A dashed line.
-    Dashed,
-    /// Points only.
-    Points,
-    /// Bars from zero, centred on x, as wide as the spacing of the first two points.
-    Bars,
-}
+/// Ranges of an axis each, from where to where it is drawn.
+type Ranges = ((f64, f64), (f64, f64));
 
-/// One series.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    /// Name in the legend.
-    pub name: String,
-    /// Points; those that are not finite are left out and interrupt a line.
-    pub points: Vec<(f64, f64)>,
-    /// How it is drawn.
-    pub mark: Mark,
-}
+/// A chart's drawing area with its axes.
+type Drawn<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// A chart.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chart {
-    /// Title.
-    pub title: String,
-    /// Label of the x axis with unit: "angle of attack, deg".
-    pub x: String,
-    /// Label of the y axis with unit.
-    pub y: String,
-    /// Fixed x range; none: from the data.
-    pub x_range: Option<(f64, f64)>,
-    /// Fixed y range; none: from the data.
-    pub y_range: Option<(f64, f64)>,
-    /// Series.
-    pub series: Vec<Series>,
+type Said = DrawingAreaErrorKind<std::io::Error>;
+
+/// Height of a row of a chart over categories, and of its title and axis, px.
+const ROW: (u32, u32) = (24, 110);
+
+/// With a margin to either side.
+fn padded((low, high): (f64, f64)) -> (f64, f64) {
+    let pad = if high > low { 0.04 * (high - low) } else { 0.5 };
+    (low - pad, high + pad)
 }
 
 impl Chart {
-    /// A chart without series.
-    #[must_use]
-    pub fn new(title: &str, x: &str, y: &str) -> Self {
-        Self { title: title.into(), x: x.into(), y: y.into(), x_range: None, y_range: None, series: Vec::new() }
-    }
-
-    /// With a series more.
-    #[must_use]
-    pub fn with(mut self, name: &str, mark: Mark, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.series.push(Series { name: name.into(), points: points.into_iter().collect(), mark });
-        self
-    }
-
-    /// With fixed ranges.
-    #[must_use]
-    pub fn within(mut self, x: Option<(f64, f64)>, y: Option<(f64, f64)>) -> Self {
-        (self.x_range, self.y_range) = (x, y);
-        self
-    }
-
-    fn range(&self, of: impl Fn(&(f64, f64)) -> f64, zero: bool) -> (f64, f64) {
-        let values = self.series.iter().flat_map(|s| &s.points).filter(|p| p.0.is_finite() && p.1.is_finite()).map(of);
-        let (mut low, mut high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        if zero {
-            (low, high) = (low.min(0.0), high.max(0.0));
-        }
-        if low > high {
-            return (0.0, 1.0);
-        }
-        let pad = if high > low { 0.04 * (high - low) } else { 0.5 };
-        (if zero && low == 0.0 { 0.0 } else { low - pad }, high + pad)
+    /// Height of its panel, px.
+    pub(super) fn height(&self, paper: &Paper) -> u32 {
+        let rows = (f64::from(self.categories.len() as u32 * ROW.0 + ROW.1) * paper.letters).round() as u32;
+        if self.categories.is_empty() { paper.px.1 } else { rows }
     }
 
     /// The corner where the legend covers the fewest points.
     /// How many it covers, and its share of the chart's height.
     fn free_corner(&self, paper: &Paper, x: (f64, f64), y: (f64, f64)) -> (SeriesLabelPosition, usize, f64) {
-        let letters = self.series.iter().map(|s| s.name.chars().count() + 9 * usize::from(s.mark == Mark::Dashed)).max().unwrap_or(0);
+        let letters = self.series.iter().map(|s| s.name.chars().count()).max().unwrap_or(0);
         // Shares of the chart: 8 px a letter and 60 px of marks and margins; 18 px a line and 16 px of margins.
         let share = |px: f64, of: u32, margins: f64| px * paper.letters / (f64::from(of) - margins * paper.letters);
         let wide = share(60.0 + 8.0 * letters as f64, paper.px.0, 100.0);
         let high = share(16.0 + 18.0 * self.series.len() as f64, paper.px.1, 90.0);
         let covered = |right: bool, top: bool| {
-            let inside = |p: &&(f64, f64)| {
+            let inside = |p: &(f64, f64)| {
                 let (across, up) = ((p.0 - x.0) / (x.1 - x.0), (p.1 - y.0) / (y.1 - y.0));
                 let (across, up) = (if right { 1.0 - across } else { across }, if top { 1.0 - up } else { up });
                 (0.0..wide).contains(&across) && (0.0..high).contains(&up)
             };
-            self.series.iter().flat_map(|s| &s.points).filter(inside).count()
+            self.series.iter().flat_map(Series::points).filter(inside).count()
         };
         use SeriesLabelPosition::{LowerLeft, LowerRight, UpperLeft, UpperRight};
         let corners = [(UpperRight, true, true), (UpperLeft, false, true), (LowerRight, true, false), (LowerLeft, false, false)];
@@ -178,18 +128,36 @@ impl Chart {
         counted.into_iter().min_by_key(|c| c.1).unwrap_or((UpperRight, 0, high))
     }
 
-    /// Ranges of the axes, and the corner of the legend.
-    fn room(&self, paper: &Paper) -> ((f64, f64), (f64, f64), SeriesLabelPosition) {
-        let bars = self.series.iter().any(|s| s.mark == Mark::Bars);
-        let x = self.x_range.unwrap_or_else(|| self.range(|p| p.0, false));
-        let mut y = self.y_range.unwrap_or_else(|| self.range(|p| p.1, bars));
+    /// Ranges of the axes, and the corner of the legend. An axis of ordinates leaves spikes beyond its edge.
+    fn room(&self, paper: &Paper) -> (Ranges, SeriesLabelPosition) {
+        let abscissae: Vec<f64> = self.series.iter().flat_map(Series::points).filter(|p| p.1.is_finite()).map(|p| p.0).collect();
+        let ends =
+            |v: &[f64]| v.iter().filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (mut x, mut y) = (ends(&abscissae), robust_range(&self.ordinates()).unwrap_or((0.0, 1.0)));
+        if x.0 > x.1 {
+            x = (0.0, 1.0);
+        }
+        if self.series.iter().any(|s| self.mark_of(s) == Mark::Bar) {
+            let (low, high) = (y.0.min(0.0), y.1.max(0.0));
+            y = if low == 0.0 { (0.0, padded((low, high)).1) } else { padded((low, high)) };
+        } else {
+            y = padded(y);
+        }
+        x = padded(x);
+        if self.equal {
+            (x, y) = equal(paper, x, y);
+        }
+        if self.y.inverted {
+            y = (y.1, y.0);
+        }
+        let (x, mut y) = (self.x_range.unwrap_or(x), self.y_range.unwrap_or(y));
         let (mut corner, covered, share) = self.free_corner(paper, x, y);
         // In print, where letters take much of the chart, a legend that would cover points gets room above them.
         if paper.width_mm.is_some() && self.y_range.is_none() && self.series.len() > 1 && covered > 0 {
             y.1 += (y.1 - y.0) * share / (1.0 - share.min(0.6));
             corner = self.free_corner(paper, x, y).0;
         }
-        (x, y, corner)
+        ((x, y), corner)
     }
 
     /// Draws it into an area.
@@ -197,111 +165,217 @@ impl Chart {
     /// # Errors
     /// What the drawing library said.
     pub fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>, paper: &Paper) -> anyhow::Result<()> {
+        let drawn = if self.categories.is_empty() { self.draw_axes(area, paper) } else { self.draw_rows(area, paper) };
+        drawn.map_err(|e| anyhow!("drawing `{}`: {e}", self.title))
+    }
+
+    fn draw_axes(&self, area: &DrawingArea<SVGBackend<'_>, Shift>, paper: &Paper) -> Result<(), Said> {
         let u = |px| paper.u(px);
-        let [five, eight, nine, eighteen] = [5, 8, 9, 18].map(|px| paper.i(px));
-        let (dot, dot_shown) = (u(2), u(3));
-        let ((x0, x1), (y0, y1), corner) = self.room(paper);
-        let said = |e: Said| anyhow!("drawing `{}`: {e}", self.title);
+        let (((x0, x1), (y0, y1)), corner) = self.room(paper);
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", u(20)))
             .margin(u(14))
             .x_label_area_size(u(48))
             .y_label_area_size(u(64))
-            .build_cartesian_2d(x0..x1, y0..y1)
-            .map_err(said)?;
+            .build_cartesian_2d(x0..x1, y0..y1)?;
+        let (bottom, top) = (y0.min(y1), y0.max(y1));
+        let beyond = self.ordinates().iter().filter(|v| !(bottom..=top).contains(*v)).count();
+        let beyond = if beyond > 0 && self.y_range.is_none() { format!(" ({beyond} beyond)") } else { String::new() };
         chart
             .configure_mesh()
             .x_labels(paper.numbers(paper.px.0, 64.0))
             .y_labels(paper.numbers(paper.px.1, 40.0))
-            .x_desc(&self.x)
-            .y_desc(&self.y)
+            .x_desc(self.x.text())
+            .y_desc(self.y.text() + &beyond)
             .x_label_formatter(&tick)
             .y_label_formatter(&tick)
             .max_light_lines(1)
-            .light_line_style(RGBColor(232, 232, 232).stroke_width(u(1)))
-            .bold_line_style(RGBColor(232, 232, 232).stroke_width(u(1)))
-            .axis_style(RGBColor(80, 80, 80).stroke_width(u(1)))
+            .light_line_style(GRID.stroke_width(u(1)))
+            .bold_line_style(GRID.stroke_width(u(1)))
+            .axis_style(AXIS.stroke_width(u(1)))
             .set_all_tick_mark_size(u(5))
             .label_style(("sans-serif", u(14)))
             .axis_desc_style(("sans-serif", u(16)))
-            .draw()
-            .map_err(said)?;
+            .draw()?;
         for (s, (r, g, b)) in self.series.iter().zip(PALETTE.iter().copied().cycle()) {
-            let colour = RGBColor(r, g, b);
-            let finite = s.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
-            let runs: Vec<Vec<(f64, f64)>> =
-                s.points.split(|p| !(p.0.is_finite() && p.1.is_finite())).filter(|r| !r.is_empty()).map(<[(f64, f64)]>::to_vec).collect();
-            let legend_line = move |(x, y): (i32, i32)| PathElement::new([(x, y), (x + eighteen, y)], colour.stroke_width(dot));
-            match s.mark {
-                Mark::Line => {
-                    for (k, run) in runs.into_iter().enumerate() {
-                        let drawn = chart.draw_series(LineSeries::new(run, colour.stroke_width(u(2)))).map_err(said)?;
-                        if k == 0 {
-                            drawn.label(&s.name).legend(legend_line);
-                        }
-                    }
-                }
-                Mark::Dashed => {
-                    for (k, run) in runs.into_iter().enumerate() {
-                        let drawn = chart.draw_series(DashedLineSeries::new(run, eight, five, colour.stroke_width(u(2)))).map_err(said)?;
-                        if k == 0 {
-                            drawn.label(format!("{} (dashed)", s.name)).legend(legend_line);
-                        }
-                    }
-                }
-                Mark::Points => {
-                    chart
-                        .draw_series(finite.map(|p| Circle::new(p, dot, colour.mix(0.6).filled())))
-                        .map_err(said)?
-                        .label(&s.name)
-                        .legend(move |(x, y)| Circle::new((x + nine, y), dot_shown, colour.filled()));
-                }
-                Mark::Bars => {
-                    let half = half_width(&s.points);
-                    chart
-                        .draw_series(finite.map(|(x, y)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.45).filled())))
-                        .map_err(said)?
-                        .label(&s.name)
-                        .legend(move |(x, y)| Rectangle::new([(x, y - five), (x + eighteen, y + five)], colour.mix(0.45).filled()));
-                }
-            }
+            draw_series(&mut chart, s, self.mark_of(s), RGBColor(r, g, b), (bottom, top), paper)?;
         }
-        if self.series.len() > 1 { legend(&mut chart, corner, paper).map_err(said) } else { Ok(()) }
+        if self.series.len() > 1 { legend(&mut chart, corner, paper) } else { Ok(()) }
     }
 
-    /// The numbers as csv: series, x, y; the axis labels are in the header.
-    #[must_use]
-    pub fn csv(&self) -> String {
-        let clean = |s: &str| s.replace(',', ";");
-        let mut out = format!("series,{},{}\n", clean(&self.x).replace("; ", " in "), clean(&self.y).replace("; ", " in "));
-        for s in &self.series {
-            for (x, y) in &s.points {
-                // Writing to a String cannot fail.
-                let _ = writeln!(out, "{},{x},{y}", clean(&s.name));
-            }
+    /// A row for each category, its name before it and its label after it.
+    fn draw_rows(&self, area: &DrawingArea<SVGBackend<'_>, Shift>, paper: &Paper) -> Result<(), Said> {
+        let (u, rows) = (|px| paper.u(px), self.categories.len() as f64);
+        let values = self.ordinates();
+        let zero = self.series.iter().any(|s| self.mark_of(s) == Mark::Bar);
+        let ends = values.iter().fold(if zero { (0.0, 0.0) } else { (f64::INFINITY, f64::NEG_INFINITY) }, |(l, h), v| (v.min(l), v.max(h)));
+        let (x0, x1) = if ends.0 > ends.1 { (0.0, 1.0) } else { padded(ends) };
+        let (x0, x1) = self.x_range.unwrap_or((if zero && ends.0 == 0.0 { 0.0 } else { x0 }, x1));
+        let wide = |of: &[String], most: f64| (of.iter().map(|t| t.chars().count()).max().unwrap_or(0) as f64 * 7.4 + 14.0).min(most);
+        let share = |part: f64| part * f64::from(paper.px.0) / paper.letters;
+        let labels = if self.labels.is_empty() { self.values() } else { self.labels.clone() };
+        let (before, after) = (wide(&self.categories, share(0.34)), wide(&labels, share(0.48)));
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, ("sans-serif", u(18)))
+            .margin(u(10))
+            .x_label_area_size(u(48))
+            .y_label_area_size(u(before as u32))
+            .right_y_label_area_size(u(after as u32))
+            .build_cartesian_2d(x0..x1, rows - 0.5..-0.5)?;
+        chart
+            .configure_mesh()
+            .disable_y_mesh()
+            .y_labels(0)
+            .x_labels(paper.numbers((f64::from(paper.px.0) - (before + after) * paper.letters).max(60.0) as u32, 56.0))
+            .x_desc(self.y.text())
+            .x_label_formatter(&tick)
+            .max_light_lines(1)
+            .light_line_style(GRID.stroke_width(u(1)))
+            .bold_line_style(GRID.stroke_width(u(1)))
+            .axis_style(AXIS.stroke_width(u(1)))
+            .label_style(("sans-serif", u(14)))
+            .axis_desc_style(("sans-serif", u(15)))
+            .draw()?;
+        for (s, (r, g, b)) in self.series.iter().zip(PALETTE.iter().copied().cycle()) {
+            draw_row_marks(&mut chart, s, self.mark_of(s), RGBColor(r, g, b), (x0, x1), paper)?;
         }
-        out
+        let style = |h: HPos| ("sans-serif", u(14)).into_font().color(&BLACK).pos(Pos::new(h, VPos::Center));
+        for (texts, x, side, h) in [(&self.categories, x0, -8, HPos::Right), (&labels, x1, 8, HPos::Left)] {
+            let at = texts
+                .iter()
+                .enumerate()
+                .map(|(i, text)| EmptyElement::at((x, i as f64)) + Text::new(text.clone(), (paper.i(side), 0), style(h)));
+            chart.draw_series(at)?;
+        }
+        Ok(())
     }
 
-    /// The numbers as JSON; what is not finite is null.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        json!({"title": self.title, "x": self.x, "y": self.y, "series": self.series.iter().map(|s| json!({
-            "name": s.name,
-            "x": s.points.iter().map(|p| p.0).collect::<Vec<_>>(),
-            "y": s.points.iter().map(|p| p.1).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>()})
+    /// The values of the last series with points, as they stand at the end of its rows.
+    fn values(&self) -> Vec<String> {
+        let last = self.series.iter().rfind(|s| self.mark_of(s) != Mark::Band);
+        let text = |v: &f64| if v.is_finite() { format!("{v:.3}") } else { String::new() };
+        last.map_or_else(Vec::new, |s| s.y.iter().map(text).collect())
     }
 }
 
-type Said = DrawingAreaErrorKind<std::io::Error>;
+const GRID: RGBColor = RGBColor(232, 232, 232);
+const AXIS: RGBColor = RGBColor(80, 80, 80);
 
-/// The box that says which colour is which series.
-fn legend<'a, 'b: 'a>(
-    chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
-    corner: SeriesLabelPosition,
+/// Ranges in which a metre is as long along one axis as along the other.
+fn equal(paper: &Paper, x: (f64, f64), y: (f64, f64)) -> Ranges {
+    // What margins, title and labels leave of the panel.
+    let px = (f64::from(paper.px.0) - 92.0 * paper.letters, f64::from(paper.px.1) - 106.0 * paper.letters);
+    let step = ((x.1 - x.0) / px.0).max((y.1 - y.0) / px.1);
+    let about = |(low, high): (f64, f64), px: f64| (0.5 * (low + high - step * px), 0.5 * (low + high + step * px));
+    (about(x, px.0), about(y, px.1))
+}
+
+/// Runs of neighbours that are finite.
+fn runs<T: Copy>(all: impl Iterator<Item = T>, is_there: impl Fn(&T) -> bool) -> Vec<Vec<T>> {
+    let all: Vec<T> = all.collect();
+    all.split(|p| !is_there(p)).filter(|r| !r.is_empty()).map(<[T]>::to_vec).collect()
+}
+
+fn draw_series(
+    chart: &mut Drawn<'_, '_>,
+    s: &Series,
+    mark: Mark,
+    colour: RGBColor,
+    (bottom, top): (f64, f64),
     paper: &Paper,
 ) -> Result<(), Said> {
+    let u = |px| paper.u(px);
+    let [five, eight, nine, eighteen] = [5, 8, 9, 18].map(|px| paper.i(px));
+    let (thick, dot, dot_shown) = (u(2), u(2), u(3));
+    // What is beyond the axis is drawn at its edge.
+    let inside = |(x, y): (f64, f64)| (x, y.clamp(bottom, top));
+    let there = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
+    let finite = || s.points().filter(there).map(inside);
+    let block = move |(x, y): (i32, i32), share: f64| Rectangle::new([(x, y - five), (x + eighteen, y + five)], colour.mix(share).filled());
+    match mark {
+        Mark::Line => {
+            for (k, run) in runs(s.points().map(inside), there).into_iter().enumerate() {
+                let drawn = chart.draw_series(LineSeries::new(run, colour.stroke_width(thick)))?;
+                if k == 0 {
+                    drawn.label(&s.name).legend(move |(x, y)| PathElement::new([(x, y), (x + eighteen, y)], colour.stroke_width(thick)));
+                }
+            }
+        }
+        Mark::Dashed => {
+            for (k, run) in runs(s.points().map(inside), there).into_iter().enumerate() {
+                let drawn = chart.draw_series(DashedLineSeries::new(run, eight, five, colour.stroke_width(thick)))?;
+                if k == 0 {
+                    let dashes = move |(x, y): (i32, i32)| {
+                        DashedPathElement::new([(x, y), (x + eighteen, y)], five, five, colour.stroke_width(thick))
+                    };
+                    drawn.label(&s.name).legend(dashes);
+                }
+            }
+        }
+        Mark::Band => {
+            let ends = runs(s.ends(), |p| p.1.is_finite() && p.2.is_finite());
+            let around = ends.into_iter().map(|run| {
+                let back = run.iter().rev().map(|p| inside((p.0, p.2)));
+                let corners: Vec<(f64, f64)> = run.iter().map(|p| inside((p.0, p.1))).chain(back).collect();
+                Polygon::new(corners, colour.mix(0.2))
+            });
+            chart.draw_series(around)?.label(&s.name).legend(move |at| block(at, 0.2));
+        }
+        Mark::Bar => {
+            let half = half_width(&s.x);
+            let bars = finite().map(|(x, y)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.45).filled()));
+            chart.draw_series(bars)?.label(&s.name).legend(move |at| block(at, 0.45));
+        }
+        Mark::Point | Mark::Interval | Mark::Map => {
+            let whiskers = s.ends().filter(|e| e.1.is_finite() && e.2.is_finite());
+            let whiskers =
+                whiskers.map(|(x, low, high)| PathElement::new([inside((x, low)), inside((x, high))], colour.stroke_width(u(1))));
+            chart.draw_series(whiskers)?;
+            chart
+                .draw_series(finite().map(|p| Circle::new(p, dot, colour.mix(0.6).filled())))?
+                .label(&s.name)
+                .legend(move |(x, y)| Circle::new((x + nine, y), dot_shown, colour.filled()));
+        }
+    }
+    Ok(())
+}
+
+/// The marks of one series in the rows of a chart over categories: values run to the right.
+fn draw_row_marks(
+    chart: &mut Drawn<'_, '_>,
+    s: &Series,
+    mark: Mark,
+    colour: RGBColor,
+    (left, right): (f64, f64),
+    paper: &Paper,
+) -> Result<(), Said> {
+    let to = |v: f64| v.clamp(left, right);
+    let block = |i: f64, half: f64, from: f64, until: f64, share: f64| {
+        Rectangle::new([(to(from), i - half), (to(until), i + half)], colour.mix(share).filled())
+    };
+    let there = |p: &(f64, f64, f64)| p.1.is_finite() && p.2.is_finite();
+    match mark {
+        Mark::Band => {
+            chart.draw_series(s.ends().filter(there).map(|(i, low, high)| block(i, 0.5, low, high, 0.15)))?;
+        }
+        Mark::Bar => {
+            chart.draw_series(s.points().filter(|p| p.1.is_finite()).map(|(i, v)| block(i, 0.3, 0.0, v, 0.6)))?;
+        }
+        _ => {
+            let dots = s.points().filter(|p| p.1.is_finite()).map(|(i, v)| Circle::new((to(v), i), paper.u(4), colour.filled()));
+            chart.draw_series(dots)?;
+        }
+    }
+    if mark != Mark::Band {
+        let whiskers =
+            s.ends().filter(there).map(|(i, low, high)| PathElement::new([(to(low), i), (to(high), i)], BLACK.stroke_width(paper.u(2))));
+        chart.draw_series(whiskers)?;
+    }
+    Ok(())
+}
+
+/// The box that says which colour is which series.
+fn legend<'a, 'b: 'a>(chart: &mut Drawn<'a, 'b>, corner: SeriesLabelPosition, paper: &Paper) -> Result<(), Said> {
     chart
         .configure_series_labels()
         .position(corner)
@@ -313,27 +387,10 @@ fn legend<'a, 'b: 'a>(
         .draw()
 }
 
-/// Histogram of values as (bin centre, share of all values), over `[low, high)` in `bins` equal bins.
-#[must_use]
-pub fn histogram(values: &[f64], low: f64, high: f64, bins: usize) -> Vec<(f64, f64)> {
-    let width = (high - low) / bins as f64;
-    let mut counts = vec![0u32; bins];
-    let mut all = 0u32;
-    for v in values.iter().filter(|v| v.is_finite()) {
-        all += 1;
-        let bin = ((v - low) / width).floor();
-        if bin >= 0.0 && bin < bins as f64 {
-            counts[bin as usize] += 1;
-        }
-    }
-    let share = |n: u32| if all > 0 { f64::from(n) / f64::from(all) } else { 0.0 };
-    counts.iter().enumerate().map(|(i, n)| (low + (i as f64 + 0.5) * width, share(*n))).collect()
-}
-
 /// Half the width of a bar.
-fn half_width(points: &[(f64, f64)]) -> f64 {
-    match points {
-        [a, b, ..] => 0.5 * (b.0 - a.0).abs(),
+fn half_width(x: &[f64]) -> f64 {
+    match x {
+        [a, b, ..] => 0.5 * (b - a).abs(),
         _ => 0.5,
     }
 }
@@ -344,16 +401,10 @@ mod tests {
 
     #[test]
     fn the_legend_goes_where_nothing_is_drawn() {
-        let rising = Chart::new("T", "x", "y").with("a", Mark::Line, (0..100).map(|i| (f64::from(i), f64::from(i))));
+        let rising = Chart::lines("T", "x", "y").plus("a", Mark::Line, (0..100).map(|i| (f64::from(i), f64::from(i))));
         assert!(matches!(rising.free_corner(&Paper::SCREEN, (0.0, 99.0), (0.0, 99.0)).0, SeriesLabelPosition::UpperLeft));
-        let falling = Chart::new("T", "x", "y").with("a", Mark::Line, (0..100).map(|i| (f64::from(i), f64::from(-i))));
+        let falling = Chart::lines("T", "x", "y").plus("a", Mark::Line, (0..100).map(|i| (f64::from(i), f64::from(-i))));
         assert!(matches!(falling.free_corner(&Paper::SCREEN, (0.0, 99.0), (-99.0, 0.0)).0, SeriesLabelPosition::UpperRight));
         assert_eq!([-0.0, 5.0, 0.1 + 0.2, -2.5, 35_000.0].map(|v| tick(&v)), ["0", "5", "0.3", "-2.5", "35000"]);
-    }
-
-    #[test]
-    fn a_histogram_counts_shares() {
-        let h = histogram(&[0.1, 0.2, 0.7, 5.0, f64::NAN], 0.0, 1.0, 2);
-        assert_eq!(h, vec![(0.25, 0.5), (0.75, 0.25)]);
     }
 }

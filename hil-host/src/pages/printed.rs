@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use anyhow::Context as _;
+use anyhow::{Context as _, anyhow};
 use resvg::{tiny_skia, usvg};
 
 use crate::pages::figure::Figure;
-use crate::pages::pdf;
 use crate::pages::plots::Paper;
+
+/// A px of a figure is 1/96 inch.
+const PX_PER_INCH: f32 = 96.0;
 
 /// Letters are Noto Sans, which the program carries: a figure is the same on every machine.
 fn read_back(svg: &str) -> anyhow::Result<usvg::Tree> {
@@ -36,8 +38,9 @@ impl Figure {
     /// # Errors
     /// What the drawing library said.
     pub fn pdf(&self, paper: &Paper) -> anyhow::Result<Vec<u8>> {
-        let title: Vec<&str> = self.panels.iter().map(|c| c.title.as_str()).collect();
-        pdf::page(&read_back(&self.svg(paper)?)?, &title.join("; "))
+        let page = svg2pdf::PageOptions { dpi: PX_PER_INCH };
+        let conversion = svg2pdf::ConversionOptions { compress: false, ..svg2pdf::ConversionOptions::default() };
+        svg2pdf::to_pdf(&read_back(&self.svg(paper)?)?, conversion, page).map_err(|e| anyhow!("writing a PDF: {e}"))
     }
 }
 
@@ -76,8 +79,9 @@ mod tests {
             .collect();
         // 84 mm are 238.1 points; the panel is 60 mm high, the caption a line below it.
         assert!(page.len() == 4 && (page[2] - 238.1).abs() < 0.6 && (170.0..195.0).contains(&page[3]), "{page:?}");
-        // The line in its colour, the points half transparent, letters as outlines.
-        assert!(text.contains("0 0.44705883 0.69803923 RG") && text.contains("/ca 0.6") && text.matches(" c\n").count() > 50, "{text}");
+        // The line in its colour, and text as text of a font that lies in the file.
+        assert!(text.contains("0 0.44705883 0.69803923 SCN"), "{text}");
+        assert!(text.contains("/FontFile") && text.contains("/ToUnicode") && text.contains("NotoSans"), "{text}");
         assert!(!text.contains("NaN") && !text.contains("inf"));
     }
 }

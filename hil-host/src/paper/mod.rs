@@ -23,7 +23,6 @@ pub mod variants;
 
 use serde_json::{Value, json};
 
-use crate::pages::plots::Mark;
 use crate::pages::{self, Page, Provenance, Section, Table};
 
 /// What we say about a claim.
@@ -105,8 +104,9 @@ pub fn page(claims: &[Claim], trials: &trials::Trials) -> anyhow::Result<Page> {
         head: plates::head(),
         rows: plates::scores().iter().map(plates::Score::row).collect(),
     };
-    let plate_items = std::iter::once(plates.into()).chain(plates::charts().iter().map(|(_, chart)| drawn(chart).into())).collect();
-    let figures: Vec<pages::Item> = figures::all(trials)?.into_iter().map(|(_, chart)| drawn(&chart).into()).collect();
+    let plate_items =
+        std::iter::once(plates.into()).chain(plates::charts().iter().map(|(_, chart)| chart.clone().thinned().into())).collect();
+    let figures: Vec<pages::Item> = figures::all(trials)?.into_iter().map(|(_, chart)| chart.thinned().into()).collect();
     Ok(Page {
         title: "The source paper, claim by claim".into(),
         answer: vec![
@@ -135,20 +135,5 @@ pub fn page(claims: &[Claim], trials: &trials::Trials) -> anyhow::Result<Page> {
             },
         ],
         provenance: Provenance::of_this_run(),
-    })
-}
-
-fn drawn(chart: &crate::pages::plots::Chart) -> pages::Chart {
-    let axis = |label: &str| {
-        let (quantity, unit) = label.rsplit_once(", ").unwrap_or((label, ""));
-        pages::Axis::new(quantity, if unit == "1" { "" } else { unit })
-    };
-    let points = chart.series.iter().all(|s| s.mark == Mark::Points);
-    let mark = if points { pages::Mark::Point } else { pages::Mark::Line };
-    chart.series.iter().fold(pages::Chart::new(&chart.title, mark, axis(&chart.x), axis(&chart.y)), |c, s| {
-        let mut sorted = s.points.clone();
-        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (x, y): (Vec<f64>, Vec<f64>) = sorted.into_iter().unzip();
-        c.with(pages::Series::new(&s.name, &x, &y))
     })
 }

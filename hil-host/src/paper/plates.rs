@@ -7,7 +7,7 @@ use hydro::section::{NACA0006_LIFT_SLOPE_PER_RAD as CLA, SOUND_SPEED_WATER_M_S};
 use hydro::wing::{VORTEX_LIFT_KV, bartlett_vidal, fidler_a1, fidler_normal, polhamus_lamar};
 use serde_json::{Value, json};
 
-use crate::pages::plots::{Chart, Mark};
+use crate::pages::chart::{Chart, Mark, Series};
 
 const DATA: &str = include_str!("../../hydro/tests/data/rectangular-plates/lift_drag.csv");
 
@@ -170,42 +170,42 @@ pub fn charts() -> Vec<(&'static str, Chart)> {
     let (plates, laws) = (measured(), laws());
     let degrees = |to: u32| (0..=4 * to).map(|i| f64::from(i) / 4.0);
     let lift = |title: &str, a: f64| {
-        let chart = Chart::new(title, "angle of attack, deg", "C_L, 1");
+        let chart = Chart::lines(title, "angle of attack, deg", "C_L, 1");
         let chart = laws.iter().skip(3).fold(chart, |c, l| {
             let mark = if l.equation == "ours" { Mark::Line } else { Mark::Dashed };
-            c.with(l.name, mark, degrees(30).map(|d| (d, (l.lift)(a, d.to_radians()))).collect::<Vec<_>>())
+            c.plus(l.name, mark, degrees(30).map(|d| (d, (l.lift)(a, d.to_radians()))).collect::<Vec<_>>())
         });
         plates
             .iter()
             .filter(|p| p.aspect_ratio == a)
-            .fold(chart, |c, p| c.with(p.series, Mark::Points, p.points.iter().map(|q| (q.0.to_degrees(), q.1)).collect::<Vec<_>>()))
+            .fold(chart, |c, p| c.plus(p.series, Mark::Point, p.points.iter().map(|q| (q.0.to_degrees(), q.1)).collect::<Vec<_>>()))
     };
     let drag = plates.iter().filter(|p| p.points.iter().all(|q| q.2.is_some())).fold(
-        Chart::new("Rectangular plates: drag without edge suction", "angle of attack, deg", "C_D, 1"),
+        Chart::lines("Rectangular plates: drag without edge suction", "angle of attack, deg", "C_D, 1"),
         |c, p| {
             let (a, of) = (p.aspect_ratio, SideEdge::of(p.aspect_ratio));
             let cd0 = drag::wing_cd0(drag::friction(Layer::Laminar, REYNOLDS), 1.0);
             let law =
                 degrees(30).map(|d| d.to_radians()).map(|x| (x.to_degrees(), cd0 + drag::zero_suction(of.lift(hoerner_borst(a), x), x)));
             let points = p.points.iter().filter_map(|q| Some((q.0.to_degrees(), q.2?)));
-            c.with(&format!("law, A {a}"), Mark::Line, law.collect::<Vec<_>>()).with(
+            c.plus(&format!("law, A {a}"), Mark::Line, law.collect::<Vec<_>>()).plus(
                 &format!("{}, A {a}", p.series),
-                Mark::Points,
+                Mark::Point,
                 points.collect::<Vec<_>>(),
             )
         },
     );
-    let rails = |of: fn((f64, f64, f64)) -> f64| degrees(25).map(move |d| (d, of(interval(0.3155, d.to_radians())))).collect::<Vec<_>>();
+    let rails = || degrees(25).map(|d| (d, interval(0.3155, d.to_radians())));
+    let band = rails().map(|(d, (low, middle, high))| (d, [middle, low, high]));
     vec![
         ("plates1", lift("Rectangular plate, aspect ratio 1", 1.0)),
         ("plates2", lift("Rectangular plate, aspect ratio 2", 2.0)),
         ("plates-drag", drag),
         (
             "plates-rails",
-            Chart::new("The rails, aspect ratio 0.3155: extrapolated, one sigma", "angle of attack, deg", "C_L, 1")
-                .with("side edges with onset", Mark::Line, rails(|i| i.1))
-                .with("low", Mark::Dashed, rails(|i| i.0))
-                .with("high", Mark::Dashed, rails(|i| i.2)),
+            Chart::lines("The rails, aspect ratio 0.3155: extrapolated, one sigma", "angle of attack, deg", "C_L, 1")
+                .plus("side edges with onset", Mark::Line, rails().map(|(d, i)| (d, i.1)))
+                .with(Series::intervals("one sigma", Mark::Band, band)),
         ),
     ]
 }

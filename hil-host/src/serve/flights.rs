@@ -2,25 +2,26 @@
 //! ticked effects on.
 
 pub use super::requests::{Evaluate, File, Fit, Open, Overlay};
-use super::track_map::way;
-use super::{Sorry, Workbench, dropped, overlay};
-use crate::next_mission;
+
+use super::{Workbench, dropped, overlay};
+use crate::pages::chart::map_of_means;
+use crate::pages::track_map::way;
 use crate::pages::{effect_list, flight_report};
+use crate::score::diagnosis::write_case;
 use crate::score::story;
 use anyhow::{Context, bail};
-use axum::Json;
-use axum::body::Body;
-use axum::response::{IntoResponse, Response};
 use discovery::diagnosis::judged::{Judged, as_given_m_s, error_m_s};
 use discovery::diagnosis::{Diagnosis, check_segments};
-use discovery::likelihood::block_error::{blocks, modelled_m_s};
+use discovery::likelihood::block_error::{self, blocks, modelled_m_s};
 use discovery::model::branch::Branch;
 use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
 use discovery::preprocess::{Prepared, prepare, sanity};
 use discovery::workbench::add;
-use hydro::effects::{Active, CATALOGUE, Flow, ForceModel, by_name};
+use hydro::effects::{Active, CATALOGUE, by_name};
 use logs::{Flight, Vehicle};
+use plant::trials::catalogue::{Effect, Strength};
+use plant::trials::{Site, Spec, Wing, generate};
 use rig::flight::mission_file;
 use rig::flight::tables::Built;
 use rig::flight::vehicles::Model;
@@ -47,7 +48,9 @@ pub struct Opened {
     /// What ordinary water motion and sensors alone would leave of the error, m/s, by the last fit.
     floor: Mutex<Option<f64>>,
     /// The last diagnosis.
-    found: Mutex<Option<Arc<Diagnosis>>>,
+    pub(super) found: Mutex<Option<Arc<Diagnosis>>>,
+    /// The mission that was planned after it.
+    pub(super) planned: Mutex<Option<String>>,
     /// Which branch the model takes beyond the valid angle of attack, as the last fit took it.
     branch: Mutex<Branch>,
     /// Fitted states by the effects that are on (sorted names); the empty list is recalibration alone.
@@ -64,9 +67,9 @@ impl Opened {
             bail!("{}: {why}", flight.name);
         }
         let judged = Judged::of(&prepared, &vehicle, &check_segments(&vehicle, &prepared, &mut Vec::new()));
-        let (floor, found) = (Mutex::default(), Mutex::default());
+        let (floor, found, planned) = (Mutex::default(), Mutex::default(), Mutex::default());
         let (branch, fitted) = (Mutex::default(), Mutex::default());
-        let opened = Self { id, flight, vehicle, notes, prepared, judged, floor, found, branch, fitted };
+        let opened = Self { id, flight, vehicle, notes, prepared, judged, floor, found, planned, branch, fitted };
         // A flight too short to fit can still be looked at.
         if let Ok(calibrated) = add::add(&opened.flight, &opened.vehicle, &[], &[]) {
             opened.remember(&[], &calibrated.recalibrated, calibrated.branch);
@@ -84,14 +87,23 @@ impl Opened {
                "speed": self.flight.speed_m_s.is_some(), "vehicle": self.vehicle.name, "notes": notes})
     }
 
-    fn floor_is(&self, floor_m_s: f64) {
+    pub(super) fn floor_is(&self, floor_m_s: f64) {
         *self.floor.lock().unwrap_or_else(PoisonError::into_inner) = Some(floor_m_s).filter(|f| f.is_finite());
     }
 
     /// The last diagnosis.
-    fn diagnosis(&self) -> anyhow::Result<Arc<Diagnosis>> {
+    pub(super) fn diagnosis(&self) -> anyhow::Result<Arc<Diagnosis>> {
         let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         found.clone().context("press \u{201c}Find what is missing\u{201d} first")
+    }
+
+    /// The mission that was planned after it.
+    ///
+    /// # Errors
+    /// None was.
+    pub fn planned(&self) -> anyhow::Result<String> {
+        let planned = self.planned.lock().unwrap_or_else(PoisonError::into_inner);
+        planned.clone().context("press \u{201c}Next flight\u{201d} first")
     }
 
     /// The state that the ticked effects mean: their values, with the calibration fitted together with them, where it was.
@@ -105,7 +117,7 @@ impl Opened {
     }
 
     /// Keeps a fit under the names of its effects. A wave's phase is known only in fitted segments: its amplitudes stay behind.
-    fn remember(&self, names: &[&str], state: &State, branch: Branch) {
+    pub(super) fn remember(&self, names: &[&str], state: &State, branch: Branch) {
         *self.branch.lock().unwrap_or_else(PoisonError::into_inner) = branch;
         let mut names: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
         names.sort_unstable();
@@ -134,18 +146,26 @@ impl Opened {
         Some(error_m_s(&self.prepared, self.judged.printed().0, |k| tracks[k].depth_m.clone())).filter(|v| v.is_finite())
     }
 
+    /// Usual length of its blocks, s.
+    fn block_s(&self) -> f64 {
+        block_error::block_s(block_error::sampled_every_s(&self.prepared.runs))
+    }
+
     /// Error, traces by block, and L/D curve in a state.
     #[must_use]
     pub fn evaluation(&self, state: &State) -> Value {
         let (nominal, now) = (self.tracks(&State::nominal()), self.tracks(state));
+        let calibrated = self.fitted(&[]);
+        let refitted = calibrated.as_ref().map(|s| self.tracks(s));
         let as_given = Some(as_given_m_s(&self.prepared, &self.vehicle, self.judged.printed().0)).filter(|v| v.is_finite());
-        let recalibrated = self.fitted(&[]).and_then(|s| self.error(&self.tracks(&s)));
+        let recalibrated = refitted.as_ref().and_then(|tracks| self.error(tracks));
         let clock = flight_report::under_way(&self.prepared);
         let way = way(&self.flight, &self.prepared.runs, &now);
-        let names = ["t", "depth", "observed", "nominal", "now", "alpha", "east", "north"];
+        let names = ["t", "depth", "observed", "nominal", "recalibrated", "now", "alpha", "east", "north"];
         let mut columns: BTreeMap<&str, Vec<Option<f64>>> = names.iter().map(|n| (*n, Vec::new())).collect();
         let mut flown = Histogram::default();
-        for ((((run, old), new), places), shift) in self.prepared.runs.iter().zip(&nominal).zip(&now).zip(&way.reckoned).zip(clock) {
+        let runs = self.prepared.runs.iter().zip(&nominal).zip(&now).zip(&way.reckoned).zip(clock);
+        for (k, ((((run, old), new), places), shift)) in runs.enumerate() {
             let cut = blocks(run);
             let starts: Vec<f64> = cut.iter().map(|b| run.time_s[b.rows[0]]).collect();
             for (block, gap) in cut.into_iter().zip(flight_report::gaps(&starts)) {
@@ -160,6 +180,7 @@ impl Opened {
                     run.depth_m[middle],
                     100.0 * block.observed_m_s,
                     100.0 * modelled_m_s(run, &block, &old.depth_m),
+                    refitted.as_ref().map_or(f64::NAN, |tracks| 100.0 * modelled_m_s(run, &block, &tracks[k].depth_m)),
                     100.0 * modelled_m_s(run, &block, &new.depth_m),
                     alpha,
                     places[middle].0,
@@ -175,13 +196,20 @@ impl Opened {
                 columns.entry(name).or_default().push(end);
             }
         }
+        // Hardly moving, a vehicle has no angle of attack.
+        let seen = |name: &str, v: f64| if name == "alpha" && v.abs() > 30.0 { f64::NAN } else { v };
+        let column = |name: &str| -> Vec<f64> { columns[name].iter().map(|v| seen(name, v.unwrap_or(f64::NAN))).collect() };
+        let minus = |model: &str| -> Vec<f64> { column("observed").iter().zip(column(model)).map(|(o, m)| o - m).collect() };
+        let maps = [("alpha", "nominal", 12), ("alpha", "now", 12), ("t", "nominal", 24), ("t", "now", 24)];
+        let maps = maps.map(|(x, model, nx)| map_of_means([&column(x), &column("depth"), &minus(model)], (nx, 8)));
         let values: Map<String, Value> =
             state.effects.iter().map(|e| (e.effect.name.to_owned(), json!(e.values[..e.effect.parameters.len()]))).collect();
         json!({
             "error": {"nominal": as_given, "recalibrated": recalibrated, "now": self.error(&now),
                       "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": self.judged.printed().1},
             "fixes": {"east": way.fixes.iter().map(|f| f.0).collect::<Vec<_>>(), "north": way.fixes.iter().map(|f| f.1).collect::<Vec<_>>()},
-            "effects": values, "blocks": columns, "curve": curve([&self.vehicle, &self.refitted(state)], state, &flown),
+            "effects": values, "blocks": columns, "block_s": self.block_s(), "maps": maps,
+            "curve": curve([&self.vehicle, &self.refitted(state)], calibrated.as_ref(), state, &flown),
         })
     }
 }
@@ -205,19 +233,28 @@ impl Histogram {
 }
 
 /// L/D of a dive against angle of attack at 0.3 m/s, a shallow glider's speed, of a vehicle as given and of one in a state.
-fn curve([given, refitted]: [&Vehicle; 2], state: &State, flown: &Histogram) -> Value {
+fn curve([given, refitted]: [&Vehicle; 2], calibrated: Option<&State>, state: &State, flown: &Histogram) -> Value {
     let degrees: Vec<f64> = (1..=80).map(|i| f64::from(i) * 0.25).collect();
-    let ratio = |vehicle: &Vehicle, state: &State| -> Vec<f64> {
-        let (constants, effects) = law(vehicle, state);
-        let model = ForceModel::new(constants, &effects);
-        let at = |d: &f64| model.coefficients(&Flow { climb_m_s: -0.1, ..Flow::steady(d.to_radians(), 0.3) });
-        degrees.iter().map(at).map(|c| c.cl / c.cd).collect()
-    };
+    let ratio = |vehicle: &Vehicle, state: &State| flight_report::l_over_d(&law(vehicle, state), &degrees);
     let total = f64::from(flown.total.max(1));
     let shares: Vec<f64> = flown.bins.iter().take(20).map(|n| f64::from(*n) / total).collect();
     let middles: Vec<f64> = (0..20).map(|i| f64::from(i) + 0.5).collect();
-    json!({"alpha": degrees, "nominal": ratio(given, &State::nominal()), "now": ratio(refitted, state), "flown_alpha": middles, "flown_share": shares})
+    json!({"alpha": degrees, "nominal": ratio(given, &State::nominal()), "recalibrated": calibrated.map(|s| ratio(given, s)), "now": ratio(refitted, state), "flown_alpha": middles, "flown_share": shares})
 }
+
+/// The example: a simulated day on a lake whose vehicle glides with an effect that its file lacks.
+fn example() -> anyhow::Result<(Flight, Vehicle, Vec<String>)> {
+    let spec = Spec::single(Site::Lake, Wing::Standard, Effect::ClimbDrag, Strength::Strong);
+    let scratch = dropped::Scratch::new()?;
+    let case = write_case(&scratch.0, &generate(&spec, EXAMPLE_SEED, 0))?;
+    let file = logs::vehicle::file_next_to(&case)?.context("the example has no vehicle file")?;
+    let mut flight = logs::record::csv::flight(&case)?;
+    flight.name = "example".into();
+    Ok((flight, logs::vehicle::read(&file)?, vec!["simulated, with an effect that its vehicle file lacks".into()]))
+}
+
+/// Any will do.
+const EXAMPLE_SEED: u64 = 5;
 
 /// Effects by name and values, as the page sends them.
 pub(super) fn active(effects: &BTreeMap<String, Vec<f64>>) -> anyhow::Result<Vec<Active>> {
@@ -274,6 +311,7 @@ impl Workbench {
     /// # Errors
     /// What is wrong with the files, and where.
     pub fn open_flight(&self, request: &Open) -> anyhow::Result<Value> {
+        self.is_opening("Reading the files");
         let (flight, vehicle, notes) = match request.listed {
             Some(i) => {
                 let path = self.offered.get(i).context("no such flight in the list")?;
@@ -281,12 +319,24 @@ impl Workbench {
                     .with_context(|| format!("{}: no vehicle.json or vehicle.toml beside it", path.display()))?;
                 (logs::record::csv::flight(path)?, logs::vehicle::read(&own_file)?, Vec::new())
             }
+            None if request.example => example()?,
             None => dropped::read(&request.files)?,
         };
+        self.is_opening("Cutting it into dives and refitting the vehicle's numbers");
+        let opened = Opened::new(0, flight, vehicle, notes)?;
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
-        let opened = Arc::new(Opened::new(open.len(), flight, vehicle, notes)?);
+        let opened = Arc::new(Opened { id: open.len(), ..opened });
         open.push(opened.clone());
         Ok(opened.summary())
+    }
+
+    fn is_opening(&self, what: &'static str) {
+        *self.opening.lock().unwrap_or_else(PoisonError::into_inner) = what;
+    }
+
+    /// What is done with the flight that is being opened.
+    pub fn opening_now(&self) -> Value {
+        json!({"text": *self.opening.lock().unwrap_or_else(PoisonError::into_inner)})
     }
 
     /// Error, traces and curve with the ticked effects.
@@ -331,20 +381,22 @@ impl Workbench {
         Ok(opened.evaluation(&fit.after))
     }
 
-    /// New vehicle file and flight table with the ticked effects fitted.
+    /// New vehicle file and flight table, with the calibration and the ticked effects fitted.
     ///
     /// # Errors
-    /// Nothing ticked, or nothing to fit.
+    /// Nothing to fit.
     pub fn save(&self, request: &Evaluate) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
         let effects: Vec<_> = active(&request.effects)?.iter().map(|a| a.effect).collect();
-        if effects.is_empty() {
-            bail!("tick at least one effect: the vehicle as given is the file you opened");
-        }
         let parent = opened.vehicle.document.to_string();
         let added = add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?;
         let text = format!("{:#}\n", added.vehicle);
-        let name = format!("{}-with-{}.json", opened.vehicle.name, effects.iter().map(|e| e.name).collect::<Vec<_>>().join("-"));
+        let what = if effects.is_empty() {
+            "calibrated".into()
+        } else {
+            format!("with-{}", effects.iter().map(|e| e.name).collect::<Vec<_>>().join("-"))
+        };
+        let name = format!("{}-{what}.json", opened.vehicle.name);
         let refitted = logs::vehicle::parse_text(&text, Path::new(&name))?;
         let mut answer = json!({"vehicle": {"name": name, "text": text}});
         match story::table_of(&refitted, text.as_bytes()) {
@@ -359,17 +411,14 @@ impl Workbench {
 }
 
 impl Workbench {
-    /// The vehicle as opened and with these effects added and refitted, each with its flight table: as given, learnt.
+    /// The vehicle as opened and as refitted with these effects, or with none but recalibrated, each with its flight table: as given, learnt.
     ///
     /// # Errors
-    /// Nothing ticked, nothing to fit, or a vehicle that no table can be made of.
+    /// Nothing to fit, or a vehicle that no table can be made of.
     pub fn learnt(&self, request: &Fit) -> anyhow::Result<[(Model, Built); 2]> {
         let opened = self.flight(request.flight)?;
         let effects = request.effects.iter().map(|n| by_name(n).with_context(|| format!("there is no effect named {n}")));
         let effects: Vec<_> = effects.collect::<anyhow::Result<_>>()?;
-        if effects.is_empty() {
-            bail!("tick at least one effect: the learnt world is that of the ticked effects");
-        }
         let parent = opened.vehicle.document.to_string();
         let text = format!("{:#}\n", add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?.vehicle);
         let refitted = logs::vehicle::parse_text(&text, Path::new("learnt.json"))?;
@@ -377,63 +426,4 @@ impl Workbench {
             |vehicle: &Vehicle, text: &str| anyhow::Ok((Model::of_coefficients(vehicle, 0)?, story::table_of(vehicle, text.as_bytes())?));
         Ok([both(&opened.vehicle, &parent)?, both(&refitted, &text)?])
     }
-
-    /// The mission that would tell the best hypotheses of the last diagnosis apart.
-    ///
-    /// # Errors
-    /// No diagnosis yet, or nothing that a mission could tell apart.
-    pub fn next_flight(&self, request: &Fit) -> anyhow::Result<Value> {
-        let opened = self.flight(request.flight)?;
-        let found = opened.diagnosis()?;
-        let planned = next_mission::plan(&found, &opened.vehicle)?.context("there are no two hypotheses left to tell apart")?;
-        let tied = planned.tied.iter().map(|t| t.join(" with ")).collect::<Vec<_>>().join(" / ");
-        if !planned.tells_apart() {
-            bail!("no dives at other pitches and drives tell {tied} apart (expected chi² {:.1})", planned.expected_chi2());
-        }
-        let text = planned.mission(next_mission::wings(&opened.vehicle));
-        Ok(
-            json!({"name": "next.toml", "text": text, "tied": tied, "expected_chi2": planned.expected_chi2(), "at_one_pitch": planned.default_separation}),
-        )
-    }
-
-    /// The offline report of the last diagnosis.
-    ///
-    /// # Errors
-    /// No diagnosis yet.
-    pub fn report(&self, request: &Fit) -> anyhow::Result<Value> {
-        let opened = self.flight(request.flight)?;
-        let found = opened.diagnosis()?;
-        let page = flight_report::page(&found, &opened.vehicle, &opened.flight.name, crate::pages::Provenance::of_this_run());
-        Ok(json!({"name": format!("{}.html", opened.flight.name), "text": page.to_html()}))
-    }
-}
-
-/// Diagnoses an open flight; progress goes out as it comes.
-///
-/// # Errors
-/// The flight is not open.
-pub async fn diagnose(bench: axum::extract::State<Arc<Workbench>>, Json(request): Json<Fit>) -> Result<Response, Sorry> {
-    let opened = bench.flight(request.flight)?;
-    let (lines, body) = super::lines();
-    super::streaming(lines, move |lines| {
-        let found = discovery::diagnosis::diagnose(
-            &opened.flight,
-            &opened.vehicle,
-            discovery::hypotheses::search::Depth::Pairs,
-            &|what, share| {
-                lines.send(&json!({"progress": share, "text": what}));
-            },
-        )?;
-        opened.remember(&[], &found.recalibrated, found.branch);
-        // What is found beside an effect of the file is a change of it, not all of it.
-        let on = |name: &&str| opened.vehicle.effects.iter().any(|a| a.effect.name == *name);
-        for c in found.candidates.iter().filter(|c| !c.effects.iter().any(on)) {
-            opened.remember(&c.effects, &c.state, found.branch);
-        }
-        opened.floor_is(found.noise_floor_m_s);
-        lines.send(&json!({"result": discovery::diagnosis::report::document(&found, &opened.vehicle, &opened.flight.name)}));
-        *opened.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(found));
-        Ok(())
-    });
-    Ok(Body::from_stream(body).into_response())
 }

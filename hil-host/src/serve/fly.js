@@ -25,11 +25,21 @@
   hil.append(el('h2', {}, 'Fly it'),
     el('p', { class: 'lead' }, 'The real controller against the simulated glider. In the seat qemu it is the very image that is flashed to the board.'),
     el('div', { class: 'row' }, wings, mission, seat, controller, pace, fly, stop),
-    el('div', { class: 'row' }, el('label', {}, learnt, ' in the world that the ticked effects mean: with the old table, then with the new one')),
+    el('div', { class: 'row' }, el('label', {}, learnt, ' in the world that this flight means, with the ticked effects if any: with the old table, then with the new one')),
     el('fieldset', {}, el('legend', {}, 'Inject a fault'), faults), status, flown);
   const figures = [fDepth, fPitch, fAlpha, fTrack];
   figures.forEach((f) => f.attach());
-  document.addEventListener('flight-open', () => { learnt.disabled = false; });
+  const planned = el('option', { value: 'planned' }, 'the planned next flight');
+  document.addEventListener('flight-open', () => { learnt.disabled = false; planned.remove(); });
+  document.addEventListener('flight-planned', () => { mission.append(planned); mission.value = 'planned'; });
+  document.addEventListener('fly-learnt', () => {
+    if (fly.disabled) return;
+    learnt.checked = true;
+    if (mission.value !== 'planned') mission.value = 'sea';
+    hil.scrollIntoView();
+    fly.focus({ preventScroll: true });
+    fly.click();
+  });
 
   let rows = [], passes = [], marks = [], follow = true, timer = 0, player = 0;
   const column = (k, of = rows) => of.map((r) => r[k]);
@@ -109,6 +119,7 @@
     begin();
     say(status, learnt.checked ? 'Refitting the vehicle and making its table …' : 'Taking the seat …');
     const request = { wings: wings.value, mission: mission.value, seat: seat.value, controller: controller.value, pace: Number(pace.value) };
+    if (mission.value === 'planned') request.planned = state.flight.id;
     if (learnt.checked) request.learnt = { flight: state.flight.id, effects: [...state.ticked.keys()] };
     try { await stream('/api/fly', request, take); } catch (e) { say(status, e.message, 'bad'); }
     finish();

@@ -80,6 +80,9 @@ pub struct FlyRequest {
     mission: String,
     seat: String,
     controller: String,
+    /// Fly the mission that was planned after this open flight instead.
+    #[serde(default)]
+    planned: Option<usize>,
     /// World seconds per wall second; 0: as fast as it goes.
     #[serde(default)]
     pace: f64,
@@ -180,19 +183,29 @@ fn free_log(folder: &std::path::Path, wings: &str, mission: &str) -> anyhow::Res
         .with_context(|| format!("{}: ten thousand logs; move some away", folder.display()))
 }
 
-fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &super::Lines) -> anyhow::Result<()> {
+/// The mission that is asked for, and its name.
+fn mission_of<'a>(bench: &Workbench, request: &'a FlyRequest) -> anyhow::Result<(&'a str, signals::Mission)> {
+    if let Some(flight) = request.planned {
+        let text = bench.flight(flight)?.planned()?;
+        return Ok(("planned", mission_file::parse(&text, "the planned mission", worlds::limits)?));
+    }
     // Only built-in names: no request reaches the file system by path.
     if !mission_file::BUILT_IN.contains(&request.mission.as_str()) {
         bail!("mission {}: one of {}", request.mission, mission_file::BUILT_IN.join(", "));
     }
+    let mut mission = mission_file::load(&request.mission, worlds::limits)?;
+    mission.wings = mission_file::parse_wings(&request.wings).with_context(|| format!("wings {}: standard or low-ar", request.wings))?;
+    Ok((&request.mission, mission))
+}
+
+fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &super::Lines) -> anyhow::Result<()> {
     let choice = match request.seat.as_str() {
         "in-process" => Choice::InProcess,
         "pty" => Choice::Pty,
         "qemu" => Choice::Qemu,
         other => bail!("seat {other}: in-process, pty or qemu"),
     };
-    let mut mission = mission_file::load(&request.mission, worlds::limits)?;
-    mission.wings = mission_file::parse_wings(&request.wings).with_context(|| format!("wings {}: standard or low-ar", request.wings))?;
+    let (name, mut mission) = mission_of(bench, request)?;
     let learnt = request.learnt.as_ref().map(|l| bench.learnt(l)).transpose()?;
     let mut scenario = match &learnt {
         Some([_, (model, _)]) => {
@@ -216,7 +229,7 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
             ("stock", _) => bail!("the stock controller flies in the seat in-process only"),
             (other, _) => bail!("controller {other}: ours or stock"),
         };
-        let log = free_log(&bench.logs, mission_file::wings_name(mission.wings), &request.mission)?;
+        let log = free_log(&bench.logs, mission_file::wings_name(mission.wings), name)?;
         let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
         let setup = Setup { realtime, orders: orders.clone(), table: table.map(<[u8]>::to_vec), ..Setup::new(mission.clone()) };
         lines.send(&json!({"pass": pass}));

@@ -10,7 +10,8 @@
 //! |---|---|
 //! | `GET /?token=…` | the page |
 //! | `GET /api/catalogue` | effects with parameters, units, ranges; flights on offer; faults |
-//! | `POST /api/open` | a dropped flight: its summary and number |
+//! | `POST /api/open` | a dropped flight, a listed one, or the example: its summary and number |
+//! | `GET /api/opening` | how far that is |
 //! | `POST /api/evaluate` | error, traces and L/D curve with the ticked effects |
 //! | `POST /api/overlay` | the traces of a second open flight, and their difference |
 //! | `POST /api/fit` | the same, with the ticked effects refitted |
@@ -19,15 +20,15 @@
 //! | `POST /api/fly` | lines of a HIL flight while it flies; of two with the learnt world, old table and new |
 //! | `GET /api/watch` | the lines of that flight so far, for a page that was loaded again |
 //! | `POST /api/fault`, `POST /api/stop` | act on the flight under way |
-//! | `POST /api/save` | new vehicle file and flight table |
+//! | `POST /api/save` | vehicle file with the ticked effects, or calibrated alone, and its flight table |
 
 mod dropped;
 pub mod flights;
+mod found;
 pub mod guard;
 pub mod live;
 pub mod overlay;
 mod requests;
-pub mod track_map;
 
 use anyhow::Context;
 use axum::extract::{DefaultBodyLimit, Query, Request, State};
@@ -57,6 +58,8 @@ pub struct Workbench {
     pub open: Mutex<Vec<Arc<flights::Opened>>>,
     /// The HIL flight under way.
     pub live: live::Live,
+    /// What is done with the flight that is being opened.
+    pub opening: Mutex<&'static str>,
     /// Where logs of HIL flights go.
     pub logs: PathBuf,
 }
@@ -178,6 +181,7 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         .route("/", get(|| async { Html(page()) }))
         .route("/api/catalogue", get(|State(b): Bench| async move { blocking(move || Ok(flights::catalogue(&b))).await }))
         .route("/api/open", post(|State(b): Bench, Json(r): Json<flights::Open>| async move { blocking(move || b.open_flight(&r)).await }))
+        .route("/api/opening", get(|State(b): Bench| async move { Json(b.opening_now()) }))
         .route(
             "/api/evaluate",
             post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.evaluate(&r)).await }),
@@ -190,7 +194,7 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         .route("/api/save", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.save(&r)).await }))
         .route("/api/next", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.next_flight(&r)).await }))
         .route("/api/report", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.report(&r)).await }))
-        .route("/api/diagnose", post(flights::diagnose))
+        .route("/api/diagnose", post(found::diagnose))
         .route("/api/fly", post(live::fly))
         .route(
             "/api/watch",

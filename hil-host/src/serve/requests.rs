@@ -24,6 +24,9 @@ pub struct Open {
     pub files: Vec<File>,
     /// Or the number of an offered flight.
     pub listed: Option<usize>,
+    /// Or the example: a simulated flight with an effect that its model lacks.
+    #[serde(default)]
+    pub example: bool,
 }
 
 /// `POST /api/evaluate` and `/api/save`.

@@ -42,7 +42,7 @@ const Bench = (() => {
   const button = (id, text, disabled) => el('button', { type: 'button', id, disabled: !!disabled }, text);
   const chart = (title, mark, x, y, group, down) => Glider.figure({ title, mark, x: { label: x[0], unit: x[1] }, y: { label: y[0], unit: y[1], inverted: !!down }, series: [{ name: '', x: [0, 1], y: [null, null] }], group }, true);
   const placeChart = (title) => Glider.figure({ title, mark: 'point', equal: true, x: { label: 'east', unit: 'm' }, y: { label: 'north', unit: 'm' }, series: [{ name: '', x: [0, 1], y: [null, null] }] }, true);
-  const mapChart = (title) => Glider.figure({ title, mark: 'map', x: { label: 'angle of attack', unit: '°' }, y: { label: 'depth', unit: 'm', inverted: true }, series: [{ name: 'cm/s', x: [0, 1], y: [0, 1], z: [null, null, null, null] }] });
+  const mapChart = (title, x) => Glider.figure({ title, mark: 'map', x: { label: x[0], unit: x[1] }, y: { label: 'depth', unit: 'm', inverted: true }, series: [{ name: 'cm/s', x: [0, 1], y: [0, 1], z: [null, null, null, null] }] });
 
   // ---- skeleton ---------------------------------------------------------
   const status = el('p', { class: 'say', role: 'status', 'aria-live': 'polite', id: 'status' });
@@ -51,7 +51,9 @@ const Bench = (() => {
   const listed = el('select', { id: 'listed', 'aria-label': 'Flights named on the command line' });
   const openListed = button('open-listed', 'Open');
   const listedRow = el('div', { class: 'row', hidden: true }, el('label', { for: 'listed' }, 'or'), listed, openListed);
-  const opener = el('details', { open: true, id: 'opener' }, el('summary', {}, 'Open a flight'), drop, listedRow);
+  const example = button('example', 'Open an example');
+  const openBar = el('progress', { hidden: true, 'aria-label': 'opening the flight' });
+  const opener = el('details', { open: true, id: 'opener' }, el('summary', {}, 'Open a flight'), el('div', { class: 'row' }, example, el('span', { class: 'lead' }, 'a simulated flight with an effect that its vehicle file lacks, or your own:')), drop, listedRow);
   const summary = el('p', { class: 'lead', id: 'summary' });
   const notes = el('details', { id: 'notes', hidden: true });
   // The same four figures, with the same names, as `glider add`, `glider diagnose` and the report.
@@ -67,27 +69,35 @@ const Bench = (() => {
   const effects = el('div', { class: 'effects', id: 'effects', role: 'group', 'aria-label': 'Effects', tabindex: '0' });
   const find = button('find', 'Find what is missing', true);
   const fit = button('fit', 'Fit the ticked effects', true);
-  const save = button('save', 'Save vehicle and table', true);
+  const save = button('save', 'Calibrate and save', true);
+  save.title = 'Refits the vehicle\u2019s numbers, with the ticked effects if any, and saves vehicle file and flight table';
+  const flyIt = button('fly-it', 'Fly it');
+  flyIt.title = 'Flies a simulated mission in the world that this flight means: with the old table, then with the new one';
   const report = button('report', 'Report', true);
   const next = button('next', 'Next flight', true);
   const findSay = el('p', { class: 'say', role: 'status', id: 'find-status' });
   const findBar = el('progress', { hidden: true, 'aria-label': 'search for the missing effect' });
   const verdict = el('div', { id: 'verdict' });
+  const saveSay = el('p', { class: 'say', role: 'status', id: 'save-status' });
+  // What can be done with any flight: beside the effects until there is an answer, then below it.
+  const acts = el('div', { id: 'acts' }, el('div', { class: 'row' }, save, flyIt, next, report), saveSay);
   const fDepth = chart('Depth', 'line', ['time under way', 's'], ['depth', 'm'], 'time', true);
-  const fRate = chart('Depth rate in 20 s blocks', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'time');
+  const fRate = chart('Depth rate in blocks', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'time');
   const fRes = chart('Residual (measured minus model) against angle of attack', 'point', ['angle of attack', '°'], ['residual', 'cm/s']);
   const fCurve = chart('L/D in a dive at 0.3 m/s, and where this flight was', 'line', ['angle of attack', '°'], ['L/D', '']);
   const fTrack = placeChart('Track: dead reckoning by compass and model, and GPS fixes');
-  const fMaps = [mapChart('Where it fails: model as given'), mapChart('Where it fails: with the ticked effects')];
+  const ALPHA = ['angle of attack', '°'], TIME = ['time under way', 's'];
+  const fMaps = [mapChart('Where it fails: model as given', ALPHA), mapChart('Where it fails: with the ticked effects', ALPHA), mapChart('When it fails: model as given', TIME), mapChart('When it fails: with the ticked effects', TIME)];
   const second = el('select', { id: 'second', 'aria-label': 'Second flight to show beside this one' }, el('option', { value: '' }, 'no second flight'));
+  const beforeAnswer = el('div', {}, acts);
   const work = el('div', { class: 'cols', hidden: true, id: 'work' },
-    el('section', {}, el('h2', {}, 'Effects'), el('div', { class: 'row' }, find, fit, save), findBar, findSay, effects),
+    el('section', {}, el('h2', {}, 'Effects'), el('div', { class: 'row' }, find, fit), findBar, findSay, beforeAnswer, effects),
     el('section', {}, verdict, el('h2', {}, 'Model against measurement'), fRate, el('div', { class: 'charts' }, ...fMaps), fRes, fCurve, fDepth, fTrack, el('div', { class: 'row' }, el('label', { for: 'second' }, 'A second flight beside it:'), second)));
   const hil = el('section', { id: 'hil' });
   root.replaceChildren(
     el('a', { class: 'skip', href: '#flight' }, 'Skip to the flight'),
     el('div', { class: 'bar' }, el('h1', {}, 'Glider workbench'), Glider.themeButton()),
-    el('section', { id: 'flight' }, opener, summary, notes, status), ladder, work, hil, el('footer', {}, 'Nothing leaves this machine.'));
+    el('section', { id: 'flight' }, opener, summary, notes, status, openBar), ladder, work, hil, el('footer', {}, 'Nothing leaves this machine.'));
   const figures = [fDepth, fRate, fRes, fCurve, fTrack, ...fMaps];
   figures.forEach((f) => f.attach());
 
@@ -104,7 +114,9 @@ const Bench = (() => {
     second.value = '';
     Object.assign(state, { flight: f, second: null, ticked: new Map(before.ticked || []), gains: new Map(), history: before.history || [], found: null });
     verdict.replaceChildren();
-    say(findSay, '');
+    beforeAnswer.append(acts);
+    [next, report].forEach((b) => (b.disabled = true));
+    [findSay, saveSay].forEach((s) => say(s, ''));
     summary.textContent = `${f.name}: ${f.rows} rows, ${f.segments} segments, ${f.hours.toFixed(2)} h under way${f.speed ? ', with speed through the water' : ''}${f.vehicle ? `, vehicle ${f.vehicle}` : ''}.`;
     notes.hidden = !(f.notes || []).length;
     notes.replaceChildren(el('summary', {}, `How it was read: ${(f.notes || []).length} note${f.notes.length === 1 ? '' : 's'}`), el('ul', {}, ...(f.notes || []).map((n) => el('li', {}, n))));
@@ -124,14 +136,31 @@ const Bench = (() => {
     reader.onerror = () => failed(new Error(`${f.name}: cannot be read`));
     reader.readAsDataURL(f);
   });
+  // Opens what a request names, and says how far it is while the server reads.
+  const opening = async (request) => {
+    const began = Date.now();
+    const look = async () => {
+      try { say(status, `${(await json('/api/opening')).text} … ${Math.round((Date.now() - began) / 1000)} s`); } catch { /* the request itself will say */ }
+    };
+    const timer = setInterval(look, 500);
+    openBar.hidden = false;
+    try {
+      const summary = await json('/api/open', request);
+      clearInterval(timer);
+      await opened(summary);
+      say(status, 'Flight open.', 'good');
+      find.focus({ preventScroll: true });
+    } catch (e) { say(status, e.message, 'bad'); opener.open = true; }
+    clearInterval(timer);
+    openBar.hidden = true;
+  };
   const open = async (files) => {
     say(status, 'Reading …');
     try {
       const size = [...files].reduce((sum, f) => sum + f.size, 0);
       if (size > 56e6) throw new Error(`${[...files].map((f) => f.name).join(', ')}: ${fmt(size / 1e6)} MB; the page takes up to 56 MB, use \`glider import\` and \`glider diagnose\` for more.`);
       const sent = await Promise.all([...files].map(async (f) => ({ name: f.name, base64: await base64(f) })));
-      await opened(await json('/api/open', { files: sent }));
-      say(status, 'Flight open.', 'good');
+      await opening({ files: sent });
     } catch (e) { say(status, e.message, 'bad'); opener.open = true; }
   };
   file.addEventListener('change', () => file.files.length && open(file.files));
@@ -140,10 +169,8 @@ const Bench = (() => {
   }
   addEventListener('dragover', (e) => e.preventDefault());
   addEventListener('drop', (e) => { e.preventDefault(); if (!drop.contains(e.target) && e.dataTransfer.files.length) open(e.dataTransfer.files); });
-  openListed.addEventListener('click', async () => {
-    say(status, 'Reading …');
-    try { await opened(await json('/api/open', { listed: Number(listed.value) })); say(status, 'Flight open.', 'good'); } catch (e) { say(status, e.message, 'bad'); }
-  });
+  openListed.addEventListener('click', () => opening({ listed: Number(listed.value) }));
+  example.addEventListener('click', () => opening({ example: true }));
 
   // ---- effects ----------------------------------------------------------
   const effectItem = (e) => {
@@ -238,20 +265,6 @@ const Bench = (() => {
     state.catalogue.forEach((e) => e.show && e.show());
     keep();
   }
-  // Mean residual by angle of attack and depth.
-  const binned = (b, key) => {
-    const rows = b.t.map((_, i) => [b.alpha[i], b.depth[i], b.observed[i] == null || b[key][i] == null ? null : b.observed[i] - b[key][i]]).filter((r) => r.every((v) => v != null) && Math.abs(r[0]) < 30);
-    const nx = 12, ny = 8;
-    if (rows.length < 2) return { x: [0, 1], y: [0, 1], z: [null, null, null, null] };
-    const span = (k) => { const v = rows.map((r) => r[k]).sort((p, q) => p - q); return [v[Math.floor(0.01 * v.length)], v[Math.ceil(0.99 * v.length) - 1]]; };
-    const [x0, x1] = span(0), [y0, y1] = span(1), sum = new Float64Array(nx * ny), n = new Float64Array(nx * ny);
-    for (const [x, y, r] of rows) {
-      const i = Math.min(nx - 1, Math.floor(((x - x0) / (x1 - x0)) * nx)), j = Math.min(ny - 1, Math.floor(((y - y0) / (y1 - y0)) * ny));
-      if (i >= 0 && j >= 0) { sum[j * nx + i] += r; n[j * nx + i] += 1; }
-    }
-    const centre = (lo, hi, count) => Array.from({ length: count }, (_, i) => lo + ((hi - lo) * (i + 0.5)) / count);
-    return { x: centre(x0, x1, nx), y: centre(y0, y1, ny), z: [...sum].map((s, i) => (n[i] ? s / n[i] : null)) };
-  };
   function draw(r) {
     drawLadder(r.error);
     const b = r.blocks, other = state.second, on = state.ticked.size > 0;
@@ -259,18 +272,19 @@ const Bench = (() => {
     const ticked = (series) => (on ? [series] : []);
     const minus = (key) => b.observed.map((v, i) => (v == null || b[key][i] == null ? null : v - b[key][i]));
     fDepth.handle.set([{ name: 'measured', x: b.t, y: b.depth }, ...beside('depth', 'measured')]);
-    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'as given', x: b.t, y: b.nominal }, ...ticked({ name: 'with the ticked effects', x: b.t, y: b.now }), ...beside('observed', 'measured'), ...(other ? [{ name: 'difference of the two measured', x: other.difference.t, y: other.difference.observed }] : [])]);
+    const refitted = (x, y) => (y && y.some((v) => v != null) ? [{ name: 'recalibrated', x, y }] : []);
+    fRate.querySelector('figcaption').firstChild.textContent = `Depth rate in ${fmt(r.block_s)} s blocks`;
+    fRate.handle.set([{ name: 'measured', x: b.t, y: b.observed }, { name: 'as given', x: b.t, y: b.nominal }, ...refitted(b.t, b.recalibrated), ...ticked({ name: 'with the ticked effects', x: b.t, y: b.now }), ...beside('observed', 'measured'), ...(other ? [{ name: 'difference of the two measured', x: other.difference.t, y: other.difference.observed }] : [])]);
     // One moment in all of them: the charts over time by their cursor, the others by a ring.
     Object.assign(fRes.handle.chart, { clock: 'time', at: b.t });
-    fRes.handle.set([{ name: 'as given', x: b.alpha, y: minus('nominal') }, ...ticked({ name: 'with the ticked effects', x: b.alpha, y: minus('now') })]);
+    fRes.handle.set([{ name: 'as given', x: b.alpha, y: minus('nominal') }, ...refitted(b.alpha, minus('recalibrated')), ...ticked({ name: 'with the ticked effects', x: b.alpha, y: minus('now') })]);
     fTrack.hidden = !b.east.some((v) => v != null);
     Object.assign(fTrack.handle.chart, { clock: 'time', at: b.t });
     fTrack.handle.set([{ name: 'dead reckoning', x: b.east, y: b.north }, { name: 'GPS fixes', x: r.fixes.east, y: r.fixes.north }]);
-    fCurve.handle.set([{ name: 'as given', x: r.curve.alpha, y: r.curve.nominal }, ...ticked({ name: 'with the ticked effects', x: r.curve.alpha, y: r.curve.now }), { name: 'share of time there, 1 = all of it', x: r.curve.flown_alpha || [0], y: r.curve.flown_share || [null] }]);
-    const maps = ['nominal', 'now'].map((key) => binned(b, key));
-    const most = Math.max(...maps[0].z.filter((v) => v != null).map(Math.abs), 1e-9); // one scale: the second is paler where it is better
-    fMaps[1].hidden = !on;
-    maps.forEach((m, i) => { Object.assign(fMaps[i].handle.chart, { most, clock: 'time', at: b.t, where: [b.alpha, b.depth] }); fMaps[i].handle.set([{ name: 'cm/s', ...m }]); });
+    fCurve.handle.set([{ name: 'as given', x: r.curve.alpha, y: r.curve.nominal }, ...refitted(r.curve.alpha, r.curve.recalibrated), ...ticked({ name: 'with the ticked effects', x: r.curve.alpha, y: r.curve.now }), { name: 'share of time there, 1 = all of it', x: r.curve.flown_alpha || [0], y: r.curve.flown_share || [null] }]);
+    const largest = (m) => Math.max(...m.z.filter((v) => v != null).map(Math.abs), 1e-9); // one scale for two: the second is paler where it is better
+    [fMaps[1].hidden, fMaps[3].hidden] = [!on, !on];
+    r.maps.forEach((m, i) => { Object.assign(fMaps[i].handle.chart, { most: largest(r.maps[i - (i % 2)]), clock: 'time', at: b.t, where: [i < 2 ? b.alpha : b.t, b.depth] }); fMaps[i].handle.set([m]); });
   }
   second.addEventListener('change', async () => {
     state.second = null;
@@ -294,6 +308,7 @@ const Bench = (() => {
         if (m.result) showVerdict(m.result);
       });
       await evaluate();
+      document.getElementById('answer').focus();
     } catch (e) { say(findSay, e.message, 'bad'); }
     findBar.hidden = true;
     find.disabled = false;
@@ -312,11 +327,14 @@ const Bench = (() => {
     const line = (k, v) => (v ? [el('dt', {}, k), el('dd', {}, ...Glider.prose(v))] : []);
     const remains = (d.remains || []).map((r) => `${r.variable.replaceAll('_', ' ')}${r.phase ? ` (${r.phase})` : ''}: ${fmt(r.size_cm_s)} cm/s`).join('; ');
     const take = d.answer.length ? button('take', 'Tick it and fit') : null;
-    verdict.replaceChildren(el('h2', {}, 'What is missing'),
-      el('dl', { class: 'answer' }, ...line('Verdict', d.verdict), ...line('Best answer', d.answer.map(words).join(' + ') || 'nothing to add'), ...line('What next', d.next_flight), ...line('Cannot tell from', same.map((c) => c.map(words).join(' + ')).join('; ')), ...line('Why', d.explanation), ...line('What remains', remains)),
-      el('div', { class: 'row' }, take, next, report),
+    const part = (key) => { const text = d.in_words[key]; return text.charAt(0).toUpperCase() + text.slice(1).replace(/\.?$/, '.'); };
+    const figures = d.charts.map((c) => Glider.figure(c, true));
+    verdict.replaceChildren(el('h2', { tabindex: '-1', id: 'answer' }, 'The answer'),
+      el('dl', { class: 'answer' }, ...line('Verdict', `${d.verdict}: ${d.answer.map(words).join(' + ') || 'nothing to add'}`), ...line('What moved', part('what_moved')), ...line('What is missing', part('what_is_missing')), ...line('Cannot tell from', same.map((c) => c.map(words).join(' + ')).join('; ')), ...line('What could hide', part('what_could_hide')), ...line('What next', part('what_next')), ...line('What remains', remains)),
+      take, acts, ...figures,
       el('details', {}, el('summary', {}, `All candidates, best first (${rows.length} shown)`),
         Glider.table({ caption: 'Candidates', head: ['effects', 'parameters and 90 % interval', `error after (${d.error.unit})`, 'probability'], rows })));
+    figures.forEach((f) => f.attach());
     [next, report].forEach((b) => (b.disabled = false));
     if (take) {
       take.addEventListener('click', () => {
@@ -330,22 +348,24 @@ const Bench = (() => {
     }
     keep();
   }
+  flyIt.addEventListener('click', () => document.dispatchEvent(new Event('fly-learnt')));
   const fetched = (b, path, type, told) => b.addEventListener('click', async () => {
     try {
       const r = await json(path, { flight: state.flight.id });
       download(r.name, r.text, type);
-      say(findSay, told(r), 'good');
-    } catch (e) { say(findSay, e.message, 'bad'); }
+      say(saveSay, told(r), 'good');
+      if (path === '/api/next') document.dispatchEvent(new Event('flight-planned'));
+    } catch (e) { say(saveSay, e.message, 'bad'); }
   });
-  fetched(next, '/api/next', 'application/toml', (r) => `Saved ${r.name}: it puts ${r.tied} apart by an expected chi² of ${fmt(r.expected_chi2)} (${fmt(r.at_one_pitch)} at one pitch). Fly it: glider fly --mission ${r.name} --log DIR`);
+  fetched(next, '/api/next', 'application/toml', (r) => `Saved ${r.name}: it puts ${r.tied} apart by an expected chi² of ${fmt(r.expected_chi2)} (${fmt(r.at_one_pitch)} at one pitch). “Fly it” flies it here, glider fly --mission ${r.name} --log DIR there.`);
   fetched(report, '/api/report', 'text/html', (r) => `Saved ${r.name}.`);
   save.addEventListener('click', async () => {
     try {
       const r = await json('/api/save', { flight: state.flight.id, effects: chosen() });
       download(r.vehicle.name, r.vehicle.text, 'application/json');
       if (r.table) download(r.table.name, Uint8Array.from(r.table.values), 'application/octet-stream');
-      say(findSay, `Saved ${r.vehicle.name}${r.table ? ` and ${r.table.name} (${r.table.bytes} bytes)` : ''}${r.note ? ': ' + r.note : ''}.`, 'good');
-    } catch (e) { say(findSay, e.message, 'bad'); }
+      say(saveSay, `Saved ${r.vehicle.name}${r.table ? ` and ${r.table.name} (${r.table.bytes} bytes)` : ''}${r.note ? ': ' + r.note : ''}.`, 'good');
+    } catch (e) { say(saveSay, e.message, 'bad'); }
   });
 
   // ---- start ------------------------------------------------------------

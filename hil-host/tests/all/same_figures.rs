@@ -37,7 +37,7 @@ fn as_given(path: &Path) -> [f64; 4] {
     let found = diagnose(&flight, &vehicle, Depth::Singles, &|_, _| ()).expect("a diagnosis");
     let added = add(&flight, &vehicle, &[], b"").expect("a fit");
     let bench = Workbench { offered: vec![path.to_path_buf()], ..Workbench::default() };
-    bench.open_flight(&Open { files: Vec::new(), listed: Some(0) }).expect("opens");
+    bench.open_flight(&Open { files: Vec::new(), listed: Some(0), example: false }).expect("opens");
     let page = bench.evaluate(&Evaluate { flight: 0, effects: BTreeMap::new() }).expect("known");
     [
         compared,

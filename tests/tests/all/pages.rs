@@ -262,7 +262,7 @@ async fn zoom_by_keyboard(c: &Client) {
 
 /// The flight from the archive, opened first, laid over this one; then this one over itself: their difference is nothing.
 async fn two_flights_in_one_chart(c: &Client) {
-    for (second, name) in [("0", "archive"), ("1", "flight")] {
+    for (second, name) in [("1", "archive"), ("2", "flight")] {
         let choose = "const s = document.getElementById('second'); s.value = arguments[0]; s.dispatchEvent(new Event('change'));";
         js(c, choose, vec![json!(second)]).await;
         let drawn = "const all = document.querySelector('#work .plot').handle.chart.series, f = all.find((s) => s.name.startsWith('difference')); return f && all.some((s) => s.name === arguments[0]) ? f.y.filter((v) => v != null) : null;";
@@ -278,6 +278,35 @@ async fn two_flights_in_one_chart(c: &Client) {
         assert!(difference.len() > 50 && (name != "flight" || most < 1e-9), "{name}: {} values, at most {most} cm/s", difference.len());
     }
     js(c, "const s = document.getElementById('second'); s.value = ''; s.dispatchEvent(new Event('change'));", vec![]).await;
+}
+
+/// Stops of the tabulator from where the focus is to an element.
+async fn stops(c: &Client, id: &str) -> usize {
+    for stop in 1..=20 {
+        c.active_element().await.expect("a focus").send_keys("\u{e004}").await.expect("a key");
+        if js(c, "return document.activeElement.id;", vec![]).await == json!(id) {
+            return stop;
+        }
+    }
+    panic!("{id} is not reached in 20 stops");
+}
+
+/// The answer has its four parts in words and as charts, and what can be done with it is a few keys away.
+async fn four_parts(c: &Client, told: &Value) {
+    assert_eq!(js(c, "return document.activeElement.id;", vec![]).await, json!("answer"), "the focus is at the answer");
+    for id in ["take", "save", "fly-it"] {
+        js(c, "document.getElementById('answer').focus();", vec![]).await;
+        assert!(stops(c, id).await <= 6, "{id}");
+    }
+    let shown = wait_text(c, "#verdict", |t| t.contains("What next"), 10).await;
+    for part in ["What moved", "What is missing", "What could hide", "What next"] {
+        assert!(shown.contains(part), "{part}: {shown}");
+    }
+    let rows = "return [...document.querySelectorAll('#verdict .plot')].map((b) => b.handle.chart).map((h) => [h.title, (h.categories || []).length]);";
+    let charts = js(c, rows, vec![]).await;
+    let with_interval = told["moved"].as_array().expect("numbers").iter().filter(|n| n["low"].is_number()).count();
+    assert!(with_interval >= 8 && charts[0][1].as_u64() == Some(with_interval as u64), "{charts}, {with_interval}");
+    assert!(charts.as_array().is_some_and(|c| c.len() == 4), "{charts}");
 }
 
 /// Flies in the pty seat and breaks the hull: the vehicle comes home.
@@ -315,7 +344,13 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         c.goto(&address).await.expect("the page opens");
         wait_text(&c, "#status", |t| t.starts_with("Ready"), 20).await;
 
-        // Nonsense first: a clear message, and the page stays.
+        // The example, for a person without a flight.
+        click(&c, "#example").await;
+        wait_text(&c, "#status", |t| t.contains("Flight open"), 60).await;
+        wait_text(&c, "#summary", |t| t.starts_with("example: "), 10).await;
+        assert_eq!(js(&c, "return document.activeElement.id;", vec![]).await, json!("find"), "the focus is where to go on");
+
+        // Nonsense next: a clear message, and the page stays.
         let drop_files = "const t = new DataTransfer(); for (const [n, s] of arguments[0]) t.items.add(new File([s], n)); document.getElementById('drop').dispatchEvent(new DragEvent('drop', {dataTransfer: t, bubbles: true, cancelable: true}));";
         js(&c, drop_files, vec![json!([["flight.csv", "time_s,depth\n1,abc\n"], ["vehicle.json", "{"]])]).await;
         let message = wait_text(&c, "#status", |t| t.contains("flight.csv") || t.contains("vehicle.json"), 20).await;
@@ -340,6 +375,7 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         click(&c, "#find").await;
         wait_text(&c, "#find-status", |t| t.starts_with("Verdict"), 120).await;
         assert_eq!(told["answer"], json!(["climb_drag"]), "this strong case is told by the command line");
+        four_parts(&c, &told).await;
         click(&c, "#take").await;
         assert_eq!(wait_text(&c, "#error-now", |t| t != "–" && t != cm("nominal"), 30).await, cm("after"));
         assert_eq!(wait_text(&c, "#error-recalibrated", |t| t != "–", 10).await, cm("recalibrated"));
@@ -359,9 +395,9 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
 
         // What next: a mission, or why there is none; and the report to keep.
         click(&c, "#next").await;
-        wait_text(&c, "#find-status", |t| t.starts_with("Saved next.toml") || t.starts_with("no dives"), 60).await;
+        wait_text(&c, "#save-status", |t| t.starts_with("Saved next.toml") || t.starts_with("no dives"), 60).await;
         click(&c, "#report").await;
-        wait_text(&c, "#find-status", |t| t.starts_with("Saved flight.html"), 60).await;
+        wait_text(&c, "#save-status", |t| t.starts_with("Saved flight.html"), 60).await;
 
         // Loaded again, all is as it was.
         c.refresh().await.expect("the page loads again");
@@ -424,12 +460,12 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
         let charts = c.find_all(Locator::Css(".uplot")).await.expect("charts").len();
         assert!(charts >= 5, "{charts} charts");
         // Hover: the legend follows the cursor.
-        let hover = "const p = document.querySelector('.plot').handle.plot; p.setCursor({left: p.over.clientWidth / 2, top: 20}); return document.querySelector('.u-legend .u-value').textContent;";
+        let hover = "const b = [...document.querySelectorAll('.plot')].find((b) => b.handle.plot), p = b.handle.plot; p.setCursor({left: p.over.clientWidth / 2, top: 20}); return b.querySelector('.u-legend .u-value').textContent;";
         let value = js(&c, hover, vec![]).await;
         assert!(value.as_str().is_some_and(|v| v.trim().parse::<f64>().is_ok()), "{value}");
-        // And the moment is ringed where angle of attack or speed are the axes.
+        // And the moment is ringed where angle of attack is an axis, and in the maps over speed and over time.
         let rings = "return [document.querySelectorAll('i.ring:not([hidden])').length, document.querySelectorAll('svg .ring[visibility=visible]').length];";
-        assert_eq!(js(&c, rings, vec![]).await, json!([1, 1]));
+        assert_eq!(js(&c, rings, vec![]).await, json!([1, 2]));
         assert_eq!(axe(&c).await, Vec::<String>::new());
         in_the_dark(&c, "report").await;
         // Printed from a dark screen: white paper, dark ink.

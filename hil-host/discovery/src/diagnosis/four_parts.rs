@@ -15,9 +15,9 @@ use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::model::parameters::{N_CALIBRATION, NINETY, STATED, State, law};
 use crate::model::reported_numbers::{Number, reported_numbers};
-use hydro::Polar;
 use hydro::effects::ForceModel;
 use hydro::glide::{Trim, best, steady};
+use hydro::{Flow, Polar};
 use logs::vehicle::Vehicle;
 use logs::vehicle::catalogue;
 use nalgebra::SymmetricEigen;
@@ -56,6 +56,8 @@ pub struct FourParts {
     pub moved: Vec<Number>,
     /// Effects by what could hide of them, in usual sizes, the most first.
     pub hidden: Vec<Hidden>,
+    /// L/D in a dive at 0.3 m/s by angle of attack, rad: of the refitted polar, and its 90 % interval; empty where nothing was refitted.
+    pub polar: Vec<(f64, [f64; 3])>,
     /// What flying by the refitted polar is worth; none where the fit or the file has no glide.
     pub worth: Option<Worth>,
 }
@@ -66,7 +68,7 @@ impl FourParts {
         let vehicle = problem.vehicle;
         let left: [f64; STATED] = std::array::from_fn(|i| fit.covariance[(i, i)].max(0.0).sqrt());
         let moved = reported_numbers(vehicle, &fit.state, &left, |_| None);
-        Self { moved, hidden: hidden(problem, fit, error_m_s, speak_up), worth: worth(vehicle, fit) }
+        Self { moved, hidden: hidden(problem, fit, error_m_s, speak_up), polar: polar(vehicle, fit), worth: worth(vehicle, fit) }
     }
 
     /// Sets what could hide of effects to what something else than these fits judges them by.
@@ -115,7 +117,7 @@ fn glide_ratios(vehicle: &Vehicle, file_pitch_rad: f64, state: &State) -> Option
     let (constants, effects) = law(vehicle, state);
     let polar = ForceModel::new(constants, &effects);
     let top = best(&polar, SPEED_M_S, polar.alpha_valid_rad());
-    let force = polar.force(&hydro::Flow::steady(top.alpha_rad, SPEED_M_S));
+    let force = polar.force(&Flow::steady(top.alpha_rad, SPEED_M_S));
     let drag_n = 0.5 * RHO_KG_M3 * SPEED_M_S * SPEED_M_S * polar.reference_area_m2() * force.cd;
     let trim = |pitch_rad: f64| Trim { pitch_rad: -pitch_rad, net_buoyancy_n: -drag_n / top.glide_angle_rad.sin(), rho_kg_m3: RHO_KG_M3 };
     let flown = |pitch_rad: f64| steady(&polar, &trim(pitch_rad)).ok().map(|g| g.lowest.l_over_d);
@@ -127,34 +129,57 @@ fn glide_ratios(vehicle: &Vehicle, file_pitch_rad: f64, state: &State) -> Option
 const SPEED_M_S: f64 = 0.3;
 const RHO_KG_M3: f64 = 1025.0;
 
-/// The gain at the fit, and at the ends of the 90 % intervals of its principal axes, whose deviations to either side add up as squares.
+/// The gain of range at the fit, with its interval.
 fn worth(vehicle: &Vehicle, fit: &Fit) -> Option<Worth> {
     let (constants, effects) = law(vehicle, &State::nominal());
     let file = ForceModel::new(constants, &effects);
     let pitch_rad = best(&file, SPEED_M_S, file.alpha_valid_rad()).pitch_rad;
-    let gain = |state: &State| glide_ratios(vehicle, pitch_rad, state).map(|(flown, best)| best / flown - 1.0);
-    let here = gain(&fit.state)?;
+    let gain = |state: &State| glide_ratios(vehicle, pitch_rad, state).map(|(flown, best)| vec![best / flown - 1.0]);
+    let [gain, low, high] = *with_interval(fit, gain)?.first()?;
+    Some(Worth { gain, low: low.max(0.0), high })
+}
+
+/// Angles of attack that L/D is told at, deg.
+const DEGREES: std::ops::RangeInclusive<u32> = 1..=20;
+
+/// L/D in a dive over angles of attack by the fit, with its interval.
+fn polar(vehicle: &Vehicle, fit: &Fit) -> Vec<(f64, [f64; 3])> {
+    let angles = || DEGREES.map(|d| f64::from(d).to_radians());
+    let ratio = |state: &State| {
+        let (constants, effects) = law(vehicle, state);
+        let law = ForceModel::new(constants, &effects);
+        let at = |alpha| law.coefficients(&Flow { climb_m_s: DIVE_M_S, ..Flow::steady(alpha, SPEED_M_S) });
+        Some(angles().map(at).map(|c| c.cl / c.cd).collect())
+    };
+    with_interval(fit, ratio).map_or_else(Vec::new, |all| angles().zip(all).collect())
+}
+
+/// Rate of climb of a dive: an effect that depends on its sign asks no more.
+const DIVE_M_S: f64 = -0.1;
+
+/// Values of a state at the fit, and from the ends of the 90 % intervals of its principal axes, whose deviations to either side add up as
+/// squares: value, low, high.
+fn with_interval(fit: &Fit, of: impl Fn(&State) -> Option<Vec<f64>>) -> Option<Vec<[f64; 3]>> {
+    let here = of(&fit.state)?;
     let n = N_CALIBRATION + fit.sigma.len();
     let covariance = fit.covariance.view((0, 0), (n, n)).into_owned();
     if covariance.iter().any(|v| !v.is_finite()) {
         return None;
     }
     let axes = SymmetricEigen::new(covariance);
-    let (mut down, mut up) = (0.0, 0.0);
+    let mut squares = vec![[0.0; 2]; here.len()];
     for (axis, variance) in axes.eigenvectors.column_iter().zip(axes.eigenvalues.iter()) {
         let reach = NINETY * variance.max(0.0).sqrt();
-        let at = |side: f64| {
+        for side in [-1.0, 1.0] {
             let mut state = fit.state.clone();
             state.calibration.iter_mut().zip(axis.iter()).for_each(|(z, a)| *z += side * reach * a);
             for (&(e, p, _), a) in fit.sigma.iter().zip(axis.iter().skip(N_CALIBRATION)) {
                 state.effects[e].values[p] += side * reach * a;
             }
-            gain(&state)
-        };
-        for off in [at(-1.0), at(1.0)].into_iter().flatten().map(|g| g - here) {
-            let side = if off < 0.0 { &mut down } else { &mut up };
-            *side += off * off;
+            for ((there, here), square) in of(&state).into_iter().flatten().zip(&here).zip(&mut squares) {
+                square[usize::from(there > *here)] += (there - here).powi(2);
+            }
         }
     }
-    Some(Worth { gain: here, low: (here - down.sqrt()).max(0.0), high: here + up.sqrt() })
+    Some(here.into_iter().zip(squares).map(|(v, [down, up])| [v, v - down.sqrt(), v + up.sqrt()]).collect())
 }

@@ -21,7 +21,7 @@ impl Diagnosis {
         }
         if unnamed {
             self.after = State::nominal();
-            (self.parts.moved, self.parts.worth) = (Vec::new(), None);
+            (self.parts.moved, self.parts.polar, self.parts.worth) = (Vec::new(), Vec::new(), None);
         }
         self.notes
             .push("a refit of the calibration leaves a larger depth-rate error than the vehicle file as given: its numbers stay".into());

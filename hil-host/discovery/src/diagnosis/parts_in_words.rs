@@ -18,9 +18,14 @@ fn tolerances(n: &Number) -> f64 {
 }
 
 fn moved(n: &Number) -> String {
+    let [file, here] = both(n);
+    format!("{} from {file} to {here}, {:+.1} tolerances of the file", n.name, tolerances(n))
+}
+
+/// Value of the file, and of this flight with its interval.
+fn both(n: &Number) -> [String; 2] {
     let (low, high) = n.interval().unwrap_or((f64::NAN, f64::NAN));
-    let here = in_words(n.value[1], low, high, n.unit);
-    format!("{} from {} to {here}, {:+.1} tolerances of the file", n.name, plain(n.value[0], n.unit), tolerances(n))
+    [plain(n.value[0], n.unit), in_words(n.value[1], low, high, n.unit)]
 }
 
 /// A value of a vehicle file with three digits, angles in degrees.
@@ -31,12 +36,19 @@ fn plain(value: f64, unit: &str) -> String {
 }
 
 fn hides(h: &Hidden) -> String {
-    let unit = if h.unit == "1" { "" } else { h.unit };
-    let name = h.effect.replace('_', " ");
-    if h.least.is_finite() {
-        format!("{name} up to {} {unit}", plain(h.least, h.unit).trim_end_matches(" deg"))
-    } else {
-        format!("{name} of any size")
+    format!("{} {}", h.effect.replace('_', " "), h.size_in_words())
+}
+
+impl Hidden {
+    /// How much of it could hide.
+    #[must_use]
+    pub fn size_in_words(&self) -> String {
+        let unit = if self.unit == "1" || self.unit == "rad" { "" } else { self.unit };
+        if self.least.is_finite() {
+            format!("up to {} {unit}", plain(self.least, self.unit)).trim_end().to_owned()
+        } else {
+            "of any size".into()
+        }
     }
 }
 
@@ -48,6 +60,16 @@ fn listed(all: &[String]) -> String {
 }
 
 impl FourParts {
+    /// What moved of each number that has an interval: its value and 90 % interval in tolerances of the file from the file's value, and
+    /// both values in words.
+    pub fn moved_in_tolerances(&self) -> impl Iterator<Item = (&'static str, [f64; 3], String)> + '_ {
+        self.moved.iter().filter_map(|n| {
+            let ([file, _], (low, high)) = (n.tolerance?, n.interval()?);
+            let [given, here] = both(n);
+            (file > 0.0).then(|| (n.name, [n.value[1], low, high].map(|v| (v - n.value[0]) / file), format!("file {given}, here {here}")))
+        })
+    }
+
     /// Which numbers of the file are outside this flight's interval.
     #[must_use]
     pub fn moved_in_words(&self) -> String {
@@ -91,5 +113,20 @@ impl FourParts {
                 "usual_size": number(h.typical)})).collect::<Vec<_>>(),
             "worth": self.worth.map(|w| json!({"range_gain": number(w.gain), "low": number(w.low), "high": number(w.high)})),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::history::numbers::{ALL, PITCH_OFFSET};
+
+    #[test]
+    fn regress_what_could_hide_of_an_angle_is_in_degrees() {
+        let hidden = |unit, least| Hidden { effect: ALL[PITCH_OFFSET].effect, parameter: "offset", unit, least, typical: 0.03 };
+        assert_eq!(hides(&hidden("rad", 0.087_266)), "pitch offset up to 5.00 deg");
+        assert_eq!(hides(&hidden("cm^3", 12.34)), "pitch offset up to 12.3 cm^3");
+        assert_eq!(hides(&hidden("1", 0.5)), "pitch offset up to 0.500");
+        assert_eq!(hides(&hidden("1", f64::INFINITY)), "pitch offset of any size");
     }
 }

@@ -112,6 +112,8 @@ pub fn document(d: &Diagnosis, vehicle: &Vehicle, flight: &str) -> Value {
         "reasons": d.reasons.iter().map(|r| json!({ "reason": r.code(), "text": r.text() })).collect::<Vec<_>>(),
         "explanation": explanation(d),
         "next_flight": next_flight(d),
+        "in_words": four_parts(d).into_iter().map(|(part, text)| (part.to_lowercase().replace(' ', "_"), text.into()))
+            .collect::<serde_json::Map<String, Value>>(),
         "notes": d.notes,
         "check_segments": d.check,
         "history": d.history.as_ref().map(Said::document),
@@ -131,6 +133,14 @@ pub fn explanation(d: &Diagnosis) -> String {
     let moved = || format!("{} Moved: {}.", verdict_in_words(d), d.parts.moved_in_words());
     let hides = d.parts.hidden_in_words();
     format!("{}{} Could hide: {hides}.", d.answered_by().map_or_else(moved, Said::words), in_any_case(d))
+}
+
+/// The four parts of the answer, each with its heading: what moved, what is missing, what could hide, what next and its worth.
+#[must_use]
+pub fn four_parts(d: &Diagnosis) -> [(&'static str, String); 4] {
+    let moved = d.answered_by().map_or_else(|| d.parts.moved_in_words(), Said::moved_in_words);
+    let missing = d.answered_by().map_or_else(|| verdict_in_words(d), Said::words) + &in_any_case(d);
+    [("What moved", moved), ("What is missing", missing), ("What could hide", d.parts.hidden_in_words()), ("What next", next_flight(d))]
 }
 
 /// A value with its interval: angles in degrees, as many digits as the interval deserves.

@@ -219,6 +219,17 @@ impl Said {
         [of(size), a.min(b), a.max(b)]
     }
 
+    /// What moved of each number: its value and 90 % interval in what it is known to scatter by, and the value in words.
+    pub fn moved(&self) -> impl Iterator<Item = (&'static str, [f64; 3], String)> + '_ {
+        (0..NUMBERS).map(|i| {
+            let ((size, sigma), scatter) = (self.judgement.moved[i], self.judgement.scatter[i]);
+            // As the value runs that is stated: more mass is less volume.
+            let size = size * self.size(i, (1.0, 0.0))[0].signum();
+            let at = [size, size - NINETY * sigma, size + NINETY * sigma].map(|v| v / scatter);
+            (ALL[i].name, at, self.value_in_words(i, self.judgement.moved[i]))
+        })
+    }
+
     /// Least size of a number that would have been named, as the first parameter of its effect.
     #[must_use]
     pub fn least_named(&self, number: usize) -> f64 {
@@ -257,13 +268,18 @@ impl Said {
     }
 
     /// Numbers that moved by more than their interval, in words.
-    fn moved_in_words(&self) -> String {
+    #[must_use]
+    pub fn moved_in_words(&self) -> String {
         let far = |i: &usize| self.judgement.moved[*i].0.abs() > NINETY * self.judgement.moved[*i].1;
         let all: Vec<String> = (0..NUMBERS).filter(far).map(|i| self.in_words(i, self.judgement.moved[i])).collect();
         if all.is_empty() { "no number moved beyond its interval".into() } else { format!("what moved: {}", all.join("; ")) }
     }
 
     fn in_words(&self, number: usize, of: (f64, f64)) -> String {
+        format!("{} {}", ALL[number].name.replace('_', " "), self.value_in_words(number, of))
+    }
+
+    fn value_in_words(&self, number: usize, of: (f64, f64)) -> String {
         let [value, low, high] = self.size(number, of);
         let (factor, unit) = match ALL[number].parameter().unit {
             "rad" => (1f64.to_degrees(), " deg"),
@@ -273,7 +289,7 @@ impl Said {
         };
         let [value, low, high] = [value, low, high].map(|v| v * factor);
         let digits = (1.0 - (0.5 * (high - low)).max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
-        format!("{} {value:+.digits$}{unit} (90 %: {low:+.digits$} to {high:+.digits$})", ALL[number].name.replace('_', " "))
+        format!("{value:+.digits$}{unit} (90 %: {low:+.digits$} to {high:+.digits$})")
     }
 
     /// In words.

@@ -81,6 +81,8 @@ pub struct Judgement {
     pub least: [f64; NUMBERS],
     /// What moved: all eight together against the history's mean, and standard deviations, in sizes.
     pub moved: [(f64, f64); NUMBERS],
+    /// Standard deviation of each between units of the history and of its mean, in sizes: what it is known to scatter by.
+    pub scatter: [f64; NUMBERS],
     /// chi² per number of the unit against the history.
     pub chi2: f64,
     /// What departs that is none of the numbers, and its ln Bayes factor; asked where no number is named.
@@ -137,7 +139,16 @@ pub fn judge(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numbers) 
     let departs =
         if class.is_empty() && history.predicts_itself() { beyond_numbers(unit, glider, history, claimed, &fits[0]) } else { None };
     let ((alone, least), moved) = (alone(&last, history), moved(&last, between));
-    Judgement { ln_bayes, alone, least, moved, chi2: forward_chi2(unit, glider, history, claimed), departs, class }
+    Judgement {
+        ln_bayes,
+        alone,
+        least,
+        moved,
+        scatter: scatter(between),
+        chi2: forward_chi2(unit, glider, history, claimed),
+        departs,
+        class,
+    }
 }
 
 /// Judges a unit of which the summary alone is known, counted from the vehicle's numbers: what a surfacing sends. Nothing is linearised
@@ -149,7 +160,16 @@ pub fn judge_summary(says: &Summary, history: &Learnt) -> Judgement {
     let ln_bayes = std::array::from_fn(|i| weigh(says, &between.mean, &covariance, &[i]).ln_bayes);
     let class = if history.predicts_itself() { class(&ln_bayes) } else { Vec::new() };
     let ((alone, least), moved) = (alone(says, history), moved(says, between));
-    Judgement { ln_bayes, alone, least, moved, chi2: chi2(says, &between.mean, &covariance), departs: None, class }
+    Judgement {
+        ln_bayes,
+        alone,
+        least,
+        moved,
+        scatter: scatter(between),
+        chi2: chi2(says, &between.mean, &covariance),
+        departs: None,
+        class,
+    }
 }
 
 /// Each number were it alone to depart, with its standard deviation, and the least size of each that would have been named: the
@@ -169,6 +189,12 @@ fn beyond_numbers(unit: &Unit, glider: &Glider, history: &Learnt, claimed: &Numb
     let wide = history.wide.as_ref()?;
     let linear = wide_about(unit, glider, claimed, &Numbers::from_column_slice(null.d.as_slice()));
     departs(&linear, linear.own_level(Some(history.usual_level)), &wide.mean, &wide.next())
+}
+
+/// What the numbers of the next unit scatter by, one standard deviation each.
+fn scatter(between: &Between) -> [f64; NUMBERS] {
+    let next = between.next();
+    std::array::from_fn(|i| next[(i, i)].sqrt())
 }
 
 /// All eight numbers of a unit beyond the history's mean, each free by one size beside the history.
@@ -193,7 +219,16 @@ pub fn moved_alone(unit: &Unit, glider: &Glider) -> Judgement {
     let size = &posterior * &says.u;
     let moved = std::array::from_fn(|i| (size[i], posterior[(i, i)].sqrt()));
     let chi2 = chi2(&says, &history.between.mean, &history.between.scatter);
-    Judgement { ln_bayes: [0.0; NUMBERS], alone: moved, least: [f64::INFINITY; NUMBERS], moved, chi2, departs: None, class: Vec::new() }
+    Judgement {
+        ln_bayes: [0.0; NUMBERS],
+        alone: moved,
+        least: [f64::INFINITY; NUMBERS],
+        moved,
+        scatter: [1.0; NUMBERS],
+        chi2,
+        departs: None,
+        class: Vec::new(),
+    }
 }
 
 /// chi² per number of a unit against a history, linearised where the vehicle is claimed to be.

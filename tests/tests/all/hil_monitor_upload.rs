@@ -157,7 +157,7 @@ fn hil_objects_are_uploaded_read_back_and_rolled_back_by_the_command() {
 #[test]
 fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
     // 24 sectors of log: a flight of 4 dives fits, the second one goes round the ring.
-    let (terminal, _) = board(8 + 24);
+    let (terminal, _) = board(2 * helm::storage::OBJECTS + 24);
     let mut flown = Vec::new();
     let mut link = Link::new(Port::open(&terminal.name).unwrap());
     for seed in [1, 2] {
@@ -199,7 +199,7 @@ fn hil_the_flight_log_of_the_board_is_the_flight_that_was_flown() {
 
 #[test]
 fn hil_the_log_is_dated_by_this_computer_and_read_by_ranges_of_time() {
-    let (terminal, _) = board(64);
+    let (terminal, _) = board(96);
     let folder = scratch("dated");
     let config = folder.join("a.toml");
     std::fs::write(&config, "vehicle = \"slocum-100\"\n").unwrap();

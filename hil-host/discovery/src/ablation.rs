@@ -14,10 +14,8 @@ pub const SWITCHES: &[(&str, &str)] = &[
     ("free_numbers", "trim, drag and lift of a file that nobody has calibrated have neither limit nor edge"),
     ("rare_scatter", "a calibration number beyond two tolerances costs more than by its normal prior"),
     ("ordinary_only", "a set is named only where its recalibration stays within three tolerances"),
-    ("unknown_at_floor", "an unknown effect that leads is a veto at the noise floor too, where no discrepancy is seen"),
     ("practical", "where the model has a discrepancy, an effect has to lower the error by a share"),
     ("heave_mass", "added mass across the hull is a nuisance with a wide tail"),
-    ("wave_train", "amplitudes of a wave that are alike in all runs are believed more"),
 ];
 
 /// The environment variable that names what is off.

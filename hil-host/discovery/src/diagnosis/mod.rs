@@ -409,7 +409,6 @@ fn conclude(
         unknown_leads: unknowns.leads,
         errors,
         wave: best.state.wave.is_some(),
-        discrepancy_m_s: problem.discrepancy.size_m_s,
         mean_square: best.mean_square(),
         has_temperature: prepared.has_temperature,
         used_up: *used_up,

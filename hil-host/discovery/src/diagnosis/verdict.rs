@@ -219,8 +219,6 @@ pub struct Evidence {
     pub errors: Errors,
     /// Whether a wave is named: its phase on check segments is not known.
     pub wave: bool,
-    /// Rms of the model discrepancy, m/s.
-    pub discrepancy_m_s: f64,
     /// Mean square of innovations at the best.
     pub mean_square: f64,
     /// Whether the log has temperatures.
@@ -238,9 +236,9 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
     // A misfit counts where it is of practical size: by the dives kept out of the fit and by the fitted ones.
     let judged = if has_check && !e.wave { x.check_m_s[0] } else { x.fitted_m_s[0] };
     let practical = e.wave || !(judged.max(x.fitted_m_s[0]) < SMALL * x.floor_m_s);
-    // An unknown effect that leads is a veto; where the model has a discrepancy, only if the error has room for it, else a remark.
+    // An unknown effect that leads is a veto if the error has room for it, else a remark.
     let unknown = || e.unknown_leads.clone().map(Reason::UnknownLeads);
-    if practical || (crate::ablation::is_on("unknown_at_floor") && e.discrepancy_m_s == 0.0) {
+    if practical {
         reasons.extend(unknown());
     }
     if practical && !(e.mean_square < FAR_FROM_NOISE) {
@@ -307,7 +305,6 @@ mod tests {
             unknown_leads: None,
             errors,
             wave: false,
-            discrepancy_m_s: 0.0,
             mean_square: 1.0,
             has_temperature: true,
             used_up: false,
@@ -338,11 +335,8 @@ mod tests {
     #[test]
     fn prop_a_leading_unknown_effect_is_never_explained() {
         let unknown = Some(Unknown { variable: "depth", ahead: 300.0 });
-        let e = Evidence { unknown_leads: unknown, ..plain() };
-        assert_eq!(verdict(&e), Verdict::Unexplained);
-        assert_eq!(verdict(&Evidence { named: None, ..e.clone() }), Verdict::Unexplained);
-        // Where the model has a discrepancy and the error no room: a remark with a name, none where nothing is named.
-        let small = Evidence { discrepancy_m_s: 0.002, ..e.clone() };
+        let small = Evidence { unknown_leads: unknown, ..plain() };
+        // Where the error has no room for it: a remark with a name, none where nothing is named.
         let (said, reasons) = judge(&small);
         assert_eq!((said, reasons.iter().any(|r| r.code() == "unknown_leads")), (Verdict::Ambiguous, true));
         assert_eq!(verdict(&Evidence { named: None, ..small.clone() }), Verdict::Adequate);

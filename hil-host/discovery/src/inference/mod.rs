@@ -10,4 +10,3 @@ pub mod numeric;
 pub mod posterior;
 pub mod projected_columns;
 pub(crate) mod unknowns;
-pub(crate) mod wave_train;

@@ -108,7 +108,7 @@ mod tests {
                 crate::pages::figure::Figure::from(chart.clone()).svg(&crate::pages::plots::Paper::SCREEN).unwrap().len() > 3000,
                 "{stem}"
             );
-            assert!(chart.series.iter().all(|s| s.points.iter().any(|p| p.1.is_finite())), "{stem}");
+            assert!(chart.series.iter().all(|s| s.points().any(|p| p.1.is_finite())), "{stem}");
         }
     }
 }

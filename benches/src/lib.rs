@@ -98,9 +98,10 @@ pub fn log(hours: f64, hidden: Option<Effect>) -> anyhow::Result<(Flight, Vehicl
         let folder = scratch().join(format!("log-{seed}"));
         scenario.seed = seed;
         let mut world = World::new(scenario.clone()).map_err(|e| anyhow!("{e}"))?;
-        let mut recorder = Recorder::create(&folder, &world, &mission)?;
+        let setup = Setup::new(mission.clone());
+        let mut recorder = Recorder::create(&folder, &world, &setup)?;
         let seat = &mut Link::new(InProcess::default());
-        fly(&mut world, seat, &Setup::new(mission.clone()), &mut |c| recorder.push(c)).map_err(|e| anyhow!("{e}"))?;
+        fly(&mut world, seat, &setup, &mut |c| recorder.push(c)).map_err(|e| anyhow!("{e}"))?;
         recorder.finish(json!({}))?;
         let flight = logs::record::csv::flight(&folder)?;
         let whole = match &mut out {

@@ -80,6 +80,8 @@ pub struct Section {
 }
 
 /// One thing in a section.
+// A page has a dozen of them: nothing is gained by a box.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Item {

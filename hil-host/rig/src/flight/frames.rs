@@ -1,7 +1,7 @@
 //! `frames.bin` of a flight's folder: what the controller was given and what it answered, bit for bit, so that the flight can be
 //! stepped through a law again. The rows of `flight.csv` are rounded and cannot.
 //!
-//! [`MAGIC`], the version of the wire (the layout of a frame is the line's own), then entries: length (u16, little endian), postcard
+//! A line that says what it is, the version of the wire (the layout of a frame is the line's own), then entries: length (u16, little endian), postcard
 //! bytes, their CRC-32. A flight that was cut ends with the last whole entry.
 
 use anyhow::{Context, bail, ensure};

@@ -81,7 +81,7 @@ impl UnderWay {
         let thinned: Vec<_> = rows.iter().step_by(every).collect();
         let joined = |a: &(u32, f64, f64), b: &(u32, f64, f64)| a.0 == b.0 && b.1 - a.1 <= self.gap_s * every as f64;
         let gap = std::iter::once((f64::NAN, f64::NAN));
-        let runs = thinned.chunk_by(|a, b| joined(*a, *b));
+        let runs = thinned.chunk_by(|a, b| joined(a, b));
         runs.flat_map(|run| run.iter().map(|r| (self.at(r.1), r.2)).chain(gap.clone()).collect::<Vec<_>>()).collect()
     }
 }

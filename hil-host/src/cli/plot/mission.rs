@@ -69,8 +69,11 @@ fn in_kilometres(chart: &mut Chart) {
     }
 }
 
+/// East and north, m.
+type Place = (f64, f64);
+
 /// Places of the surfacings to come, and their ellipses with gaps between, m from where the map counts.
-fn ahead(forecast: &Value, last: (f64, f64)) -> Option<(Vec<(f64, f64)>, Vec<(f64, f64)>)> {
+fn ahead(forecast: &Value, last: Place) -> Option<(Vec<Place>, Vec<Place>)> {
     const CORNERS: u32 = 72;
     let place = |v: &Value| Some((v["east_m"].as_f64()?, v["north_m"].as_f64()?));
     let from = place(&forecast["last_fix"])?;

@@ -1,13 +1,14 @@
 //! A flight's own world, refitted to its log, with another law, table, mission, fault or effect flown in it.
 //!
-//! The vehicle is that of the file, its eight numbers as all dives of the log have them together; the water is the measured profile
-//! and the mean current between the fixes. Worlds are drawn from what the fit leaves open, each with its own noise, and both laws fly
+//! The vehicle is that of the file, its eight numbers as all dives of the log and its fixes have them together; the water is the
+//! measured profile and the mean current between the fixes. Worlds are drawn from what the fit leaves open, each with its own noise, and both laws fly
 //! in the same ones: the difference has an interval. How many dives of the log lie inside what the law that flew does in these worlds
 //! says how far they can be trusted.
 
+mod track;
+
 use crate::score::story::{in_the_plant, revealed};
-use anyhow::{Context, anyhow};
-use discovery::forecast::current::Vector;
+use anyhow::{Context, anyhow, bail, ensure};
 use discovery::forecast::passages::{Passage, passages};
 use discovery::history::glide::Glider;
 use discovery::history::numbers::{ALL, NUMBERS, Numbers, in_effect};
@@ -20,17 +21,20 @@ use plant::ocean::{CurrentLevel, Level, Profile};
 use plant::{Effect, EffectKind, Scenario, World};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rig::flight::closed_loop::{Outcome, Setup, fly};
 use rig::flight::recorder::Recorder;
 use rig::flight::worlds;
 use rig::seats::Seat;
 use signals::{Mission, Wings};
 use std::path::Path;
+use track::Sample;
 
 /// Thickness of a layer of the measured profile, Pa.
 const LAYER_PA: f64 = 5e4;
 /// Noise of a way between two fixes, m in each direction, and of a duration by the control cycle, s.
+/// Seed of the samples of the fit.
+const SAMPLED: u64 = 1;
 const FIXES_M: f64 = worlds::GPS_NOISE_M * std::f64::consts::SQRT_2;
 const CYCLE_S: f64 = rig::seats::CYCLE_S;
 /// What a deepest depth is known by, m: the turn of a cycle, and the pressure sensor.
@@ -73,14 +77,11 @@ pub fn dives(flight: &Flight, vehicle: &Vehicle) -> Vec<Dive> {
 /// What worlds are drawn from.
 pub struct Refit {
     base: Scenario,
-    /// The eight numbers beyond the file's, in sizes, and a root of their covariance.
-    mean: Numbers,
-    root: DMatrix<f64>,
+    /// What the log says of the numbers and the current.
+    samples: Vec<Sample>,
     sizes: Numbers,
     claims: [f64; NUMBERS],
     hull_m3: f64,
-    /// Current to the east and north, m/s, and what its mean is known by.
-    current: [(f64, f64); 2],
     /// Whether the dives of the log glide steadily for long enough to say something of the numbers.
     pub is_fitted: bool,
     /// The dives of the log.
@@ -100,7 +101,8 @@ impl Refit {
         let as_stated =
             || (Numbers::zeros(), DMatrix::from_diagonal(&DVector::from_iterator(NUMBERS, glider.tolerance.iter().map(|t| t * t))));
         let (mean, covariance) = fitted.unwrap_or_else(as_stated);
-        let root = covariance.cholesky().context("the fit leaves a number without an interval")?.l();
+        let samples = track::samples(flight, vehicle, &glider, &units, (&mean, &covariance), SAMPLED);
+        ensure!(!samples.is_empty(), "{}: the fit leaves a number without an interval", flight.name);
         let mut base = worlds::for_mission(mission);
         let c = &vehicle.constants;
         base.wings = wings;
@@ -117,9 +119,8 @@ impl Refit {
         if vehicle.water_depth_m.is_finite() {
             base.ocean.water_depth_m = vehicle.water_depth_m;
         }
-        let current = current(flight, vehicle);
         let recorded = dives(flight, vehicle);
-        Ok(Self { base, mean, root, sizes: glider.sizes, claims: glider.claims(), hull_m3: c.hull_volume_m3, current, is_fitted, recorded })
+        Ok(Self { base, samples, sizes: glider.sizes, claims: glider.claims(), hull_m3: c.hull_volume_m3, is_fitted, recorded })
     }
 
     /// A world drawn from what the fit leaves open.
@@ -128,8 +129,13 @@ impl Refit {
     /// No such world can be.
     pub fn drawn(&self, seed: u64) -> anyhow::Result<Scenario> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut left: f64 = StandardUniform.sample(&mut rng);
+        let drawn = self.samples.iter().find(|s| {
+            left -= s.weight;
+            left <= 0.0
+        });
+        let Some(Sample { x, current: (current, known_by), .. }) = drawn.or(self.samples.last()) else { bail!("nothing to draw from") };
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let x = self.mean + &self.root * Numbers::from_fn(|_, _| normal());
         let mut scenario = self.base.clone();
         scenario.seed = seed;
         for (i, number) in ALL.iter().enumerate() {
@@ -137,7 +143,7 @@ impl Refit {
             let kind = EffectKind::ALL.iter().find(|k| k.name() == number.effect);
             scenario.effects.extend(kind.map(|kind| Effect { kind: *kind, value, aux: None }));
         }
-        let [east_m_s, north_m_s] = self.current.map(|(mean, sigma)| mean + sigma * normal());
+        let [east_m_s, north_m_s] = [current.re, current.im].map(|mean| mean + known_by * normal());
         if east_m_s != 0.0 || north_m_s != 0.0 {
             scenario.ocean.current = vec![CurrentLevel { depth_m: 0.0, north_m_s, east_m_s }];
         }
@@ -161,20 +167,6 @@ fn profile(flight: &Flight) -> Option<Vec<Level>> {
     };
     let levels: Vec<Level> = (0..(deepest / LAYER_PA).ceil() as usize).filter_map(layer).collect();
     (levels.len() > 1).then_some(levels)
-}
-
-/// Mean current between the fixes and what the mean is known by; zero without two passages.
-fn current(flight: &Flight, vehicle: &Vehicle) -> [(f64, f64); 2] {
-    let all = passages(flight, vehicle, &[]).all;
-    if all.len() < 2 {
-        return [(0.0, 0.0); 2];
-    }
-    let mean = |p: &Passage| (p.way() - p.through_water) / p.time_s();
-    [|v: Vector| v.re, |v: Vector| v.im].map(|part| {
-        let of: Vec<f64> = all.iter().map(|p| part(mean(p))).collect();
-        let (mean, variance) = moments(&of);
-        (mean, (variance / of.len() as f64).sqrt())
-    })
 }
 
 /// Mean and variance.

@@ -215,8 +215,9 @@ struct Comparison<'a> {
     changed: Option<Vec<Flown>>,
 }
 
-/// Least share of the dives that are inside where a world is trusted.
+/// Least share of the dives that are inside where a world is trusted, and by how much at most intervals are widened for it (a guess).
 const TRUSTED: f64 = 0.9;
+const WIDEST: f64 = 3.0;
 
 impl Comparison<'_> {
     fn count(&self) -> [usize; 2] {
@@ -224,7 +225,7 @@ impl Comparison<'_> {
     }
 
     fn is_trusted(&self) -> bool {
-        self.count().iter().all(|n| *n as f64 >= TRUSTED * self.reproduced.inside.len() as f64)
+        self.reproduced.wider <= WIDEST && self.count().iter().all(|n| *n as f64 >= TRUSTED * self.reproduced.inside.len() as f64)
     }
 
     /// As flown, as changed, and the difference in the same world.

@@ -66,7 +66,7 @@ fn is_whole(path: &Path) -> bool {
             let end = |at: usize| bytes.get(at..at + 8).map_or(0, |b| u64::from_le_bytes(b.try_into().expect("8 bytes")));
             bytes.starts_with(b"\x89HDF") && [28, 40].iter().any(|at| end(*at) == bytes.len() as u64)
         }
-        "bin" if file.ends_with("frames.bin") => rig::flight::frames::read(file).is_ok(),
+        "bin" if path.ends_with("frames.bin") => rig::flight::frames::read(path).is_ok(),
         "bin" => polar::Table::parse(&bytes, signals::Wings::Standard).is_ok(),
         _ => true,
     }

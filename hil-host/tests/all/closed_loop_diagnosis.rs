@@ -165,7 +165,6 @@ fn regress_wings_far_beyond_their_usual_angle_are_no_second_effect() {
 }
 
 #[test]
-#[ignore = "missed since the model discrepancy is marginalised: docs/discovery-score.md"]
 fn regress_wings_at_twice_their_usual_angle_are_no_second_effect() {
     lift_is_named_alone(&[(Wings::Standard, -0.4)]);
 }

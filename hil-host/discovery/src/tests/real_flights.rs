@@ -63,33 +63,3 @@ fn validate_the_clock_of_two_pressures_by_the_vertical_velocity() {
     let apart = clock(&without) - clock(&with);
     assert!(apart.abs() < 0.6, "{} without, {} with it, {tau} s by the pressures", clock(&without), clock(&with));
 }
-
-/// Three days of a deep mission with a vehicle file whose hull is rigid and knows no temperature: the five best hypotheses all have
-/// one of the two in them (in one profile of temperature over depth they are nearly one effect), far ahead of nothing missing, and on
-/// dives kept out of the fit the best falls below the 0.70 cm/s of a steady model with both terms.
-#[test]
-#[ignore = "missed since the model discrepancy is marginalised: docs/discovery-score.md"]
-fn validate_a_rigid_hull_in_the_file_of_modena_is_found_out() {
-    let days = ["175-0-1", "187-0-12", "191-0-34"].map(|day| format!("slocum_modena2015/modena-2015-{day}_tidy.csv"));
-    let Some((_, mut vehicle)) = real(&days[0], "modena.toml") else { return };
-    vehicle.constants.compressibility_per_pa = 0.0;
-    vehicle.constants.thermal_expansion_per_k = 0.0;
-    let root = PathBuf::from(std::env::var_os("GLIDER_FLIGHTS").expect("set"));
-    let text = |day: &String| std::fs::read_to_string(root.join(day)).expect("a flight");
-    // One log: the first file whole, the others without their header.
-    let log: String =
-        days.iter().enumerate().flat_map(|(k, d)| text(d).lines().skip(k.min(1)).map(|l| format!("{l}\n")).collect::<Vec<_>>()).collect();
-    let file = std::env::temp_dir().join(format!("modena_three_days_{}.csv", std::process::id()));
-    std::fs::write(&file, log).expect("a temporary file");
-    let flight = csv::flight(&file).expect("three days");
-    std::fs::remove_file(&file).expect("removed");
-    let d = diagnosis::diagnose(&flight, &vehicle, Depth::Pairs, &|_, _| {}).expect("diagnosis");
-    for c in &d.candidates[..5] {
-        assert!(c.effects.contains(&"hull_compressibility") || c.effects.contains(&"thermal_expansion"), "{:?}", c.effects);
-        // Nothing else comes near; how far depends on what the calibration alone can strain to (600 to 1,600 between models of ours).
-        assert!(c.log_odds > 300.0, "{:?} {}", c.effects, c.log_odds);
-    }
-    // What a flight with no effect leaves is above that limit.
-    let (recalibrated, best) = (d.block_error_m_s[1], d.candidates[0].error_check_m_s);
-    assert!(recalibrated > 0.0070 && best <= 0.0070, "{recalibrated} m/s without, {best} m/s with it, held out");
-}

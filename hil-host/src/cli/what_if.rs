@@ -35,7 +35,7 @@ Drag, lift, trim and sensors of the vehicle are refitted to all dives of the log
 what the fit leaves open, and both laws fly in the same ones. A log that glider fly --log wrote holds the mission and the law's settings;
 of others --mission says what is flown. `glider replay` asks a law with the recorded sensors held.
 
-Exit code: 0 the refitted world does as the log in nine of ten dives, 1 it does not: look at `glider diagnose`; 2 bad input.")]
+Exit code: 0 the refitted world does as the log, but for what chance makes; 1 it does not: look at `glider diagnose`; 2 bad input.")]
 pub struct Args {
     /// Flight directory (flight.csv and vehicle.json|toml) or csv file.
     #[arg(value_name = "FLIGHT")]
@@ -215,9 +215,22 @@ struct Comparison<'a> {
     changed: Option<Vec<Flown>>,
 }
 
-/// Least share of the dives that are inside where a world is trusted, and by how much at most intervals are widened for it (a guess).
-const TRUSTED: f64 = 0.9;
+/// Share of the dives that a right world holds in 90 % intervals; it is not believed where so few would be held once in twenty.
+const HELD: f64 = 0.9;
+const BY_CHANCE: f64 = 0.05;
+/// By how much at most intervals are widened of a world that is believed (a guess).
 const WIDEST: f64 = 3.0;
+
+/// Probability that of `n` dives of a right world `k` or fewer are inside (binomial).
+fn chance_of_so_few(k: usize, n: usize) -> f64 {
+    let mut term = (1.0 - HELD).powi(n as i32);
+    let mut sum = term;
+    for i in 0..k {
+        term *= (n - i) as f64 / (i + 1) as f64 * HELD / (1.0 - HELD);
+        sum += term;
+    }
+    sum.min(1.0)
+}
 
 impl Comparison<'_> {
     fn count(&self) -> [usize; 2] {
@@ -225,7 +238,8 @@ impl Comparison<'_> {
     }
 
     fn is_trusted(&self) -> bool {
-        self.reproduced.wider <= WIDEST && self.count().iter().all(|n| *n as f64 >= TRUSTED * self.reproduced.inside.len() as f64)
+        let n = self.reproduced.inside.len();
+        self.reproduced.wider <= WIDEST && self.count().iter().all(|k| chance_of_so_few(*k, n) >= BY_CHANCE)
     }
 
     /// As flown, as changed, and the difference in the same world.
@@ -347,5 +361,14 @@ impl Comparison<'_> {
             items: vec![chart.into(), table.into()],
         });
         page.write(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn so_few_dives_inside_is_the_binomial_tail() {
+        let near = |k: usize, n: usize, p: f64| (super::chance_of_so_few(k, n) - p).abs() < 5e-4;
+        assert!(near(7, 11, 0.0185) && near(8, 11, 0.0896) && near(0, 1, 0.1) && near(11, 11, 1.0) && near(0, 0, 1.0));
     }
 }

@@ -19,7 +19,7 @@ const ROUNDS: u64 = 3;
 /// Rows of a passage that are asked at most.
 const MOST_ROWS: usize = 24;
 /// Fewest passages that say something beside a current.
-const FEWEST: usize = 3;
+const FEWEST_PASSAGES: usize = 3;
 /// A round samples from a covariance so much wider than what the round before has found.
 const WIDER: f64 = 1.5;
 
@@ -86,7 +86,7 @@ pub fn samples(
         (p, rows, of_file)
     };
     let track = Track { glider, passages: passages(flight, vehicle, &[]).all.into_iter().map(one).collect() };
-    let says = track.passages.len() >= FEWEST;
+    let says = track.passages.len() >= FEWEST_PASSAGES;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut mean, mut covariance, mut out) = (*by_depth.0, by_depth.1.clone(), Vec::new());
     let Some(of_depth) = by_depth.1.clone().cholesky() else { return out };

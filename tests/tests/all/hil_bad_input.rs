@@ -2,7 +2,7 @@
 //! what is wrong; and a log that survives its flight.
 
 use rig::seats::pty::Terminal;
-use signals::link::CRC32;
+use signals::link::{CRC32, WIRE_VERSION};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -79,7 +79,7 @@ fn a_machine_without_qemu_or_image_is_told_what_to_install() {
 #[test]
 fn a_board_of_another_protocol_version_is_named() {
     let terminal = Terminal::serve(|_, out| {
-        let body = [9u8, 1];
+        let body = [WIRE_VERSION + 1, 1];
         let mut raw = body.to_vec();
         raw.extend_from_slice(&CRC32.checksum(&body).to_le_bytes());
         out.push(raw.len() as u8 + 1);
@@ -87,7 +87,7 @@ fn a_board_of_another_protocol_version_is_named() {
         out.push(0);
     })
     .unwrap();
-    refused(&["fly", "--seat", &terminal.name], &["version 9", "flash"]);
+    refused(&["fly", "--seat", &terminal.name], &[&format!("version {}", WIRE_VERSION + 1), "flash"]);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use rig::seats::link::upload::upload;
 use rig::seats::port::Port;
 use rig::seats::pty::{Pty, Terminal};
 use rig::seats::{Link, Seat, SeatError, Wire};
-use signals::link::{CRC32, MAX_WIRE};
+use signals::link::{CRC32, MAX_WIRE, WIRE_VERSION};
 use signals::{Micros, Mission, Object, Reading, Refusal, Reply, Request, SensorFrame, ToBoard, ToHost, decode, encode};
 use std::time::Duration;
 
@@ -77,8 +77,8 @@ fn lost_and_damaged_frames_are_sent_again_and_change_no_answer() {
 #[test]
 fn a_board_of_another_wire_version_is_named() {
     let terminal = Terminal::serve(|_, out| {
-        // Version 9, CRC right: version ‖ one byte ‖ crc, in COBS (no zero inside).
-        let body = [9u8, 1];
+        // Another version, CRC right: version ‖ one byte ‖ crc, in COBS (no zero inside).
+        let body = [WIRE_VERSION + 1, 1];
         let mut raw = body.to_vec();
         raw.extend_from_slice(&CRC32.checksum(&body).to_le_bytes());
         assert!(!raw.contains(&0));
@@ -89,7 +89,7 @@ fn a_board_of_another_wire_version_is_named() {
     .unwrap();
     let mut seat = Link::new(Port::open(&terminal.name).unwrap());
     let e = seat.hello().unwrap_err();
-    assert!(matches!(e, SeatError::Version { theirs: 9, .. }), "{e}");
+    assert!(matches!(e, SeatError::Version { theirs, .. } if theirs == WIRE_VERSION + 1), "{e}");
     assert!(!e.to_string().contains('\n'));
 }
 

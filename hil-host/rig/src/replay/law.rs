@@ -110,7 +110,8 @@ fn built(hash: &str) -> anyhow::Result<PathBuf> {
     if !example.exists() {
         std::fs::write(&example, EXAMPLE).with_context(|| format!("{hash} has no controller to build ({EXAMPLE_AT} cannot be written)"))?;
     }
-    let target = laws.join("target");
+    // A target folder of its own: cargo knows the crates of two checkouts by the same names, and would take one's for the other's.
+    let target = laws.join(hash).join("target");
     let done = Command::new("cargo")
         .args(["build", "--release", "--quiet", "-p", "helm", "--example", "law"])
         .current_dir(&sources)
@@ -119,6 +120,8 @@ fn built(hash: &str) -> anyhow::Result<PathBuf> {
         .context("cargo cannot be started: a law of a commit is built from its sources")?;
     ensure!(done.success(), "the controller of {hash} cannot be built (cargo build -p helm --example law in {})", sources.display());
     let name = program.file_name().unwrap_or_default();
-    std::fs::copy(target.join("release/examples").join(name), &program).with_context(|| format!("{}: cannot write", program.display()))?;
+    std::fs::rename(target.join("release/examples").join(name), &program)
+        .with_context(|| format!("{}: cannot write", program.display()))?;
+    std::fs::remove_dir_all(&target).ok();
     Ok(program)
 }

@@ -1,14 +1,5 @@
 //! Which of a row of changes turned a flight.
 
-/// What is compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum By {
-    /// The first abort and its cycle, where those of the two ends differ.
-    Abort,
-    /// Whether all orders are as recorded.
-    Orders,
-}
-
 /// The change that was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found<T> {

@@ -26,7 +26,7 @@ use super::frames::{self, Entry, FRAMES};
 use anyhow::Context;
 use logs::record::csv::UNFINISHED;
 use serde_json::{Value, json};
-use signals::{Abort, Answer, Flags, Phase, SensorFrame, Utc};
+use signals::{Abort, Answer, Flags, Phase, Reading, SensorFrame, Utc};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -113,6 +113,39 @@ pub struct Measured {
     pub battery_v: f64,
     /// UTC; none: unknown.
     pub utc: Option<Utc>,
+}
+
+/// A reading as a number; NaN: none, or one that is not finite.
+#[must_use]
+pub fn value(r: Reading) -> f64 {
+    match r {
+        Reading::Sampled { value, .. } if value.is_finite() => f64::from(value),
+        _ => f64::NAN,
+    }
+}
+
+impl Measured {
+    /// What a frame says at a time; a depth is a pressure over `depth_to_pa`.
+    #[must_use]
+    pub fn of(time_s: f64, f: &SensorFrame, depth_to_pa: f64) -> Self {
+        Self {
+            time_s,
+            pressure_pa: value(f.depth_m) * depth_to_pa,
+            pitch_rad: value(f.pitch_rad),
+            roll_rad: value(f.roll_rad),
+            heading_rad: value(f.heading_rad),
+            ballast_m3: value(f.ballast_m3),
+            battery_mass_m: value(f.battery_mass_m),
+            fin_rad: value(f.fin_rad),
+            temperature_degc: value(f.temperature_degc),
+            density_kg_m3: value(f.density_kg_m3),
+            gps_east_m: f64::NAN,
+            gps_north_m: f64::NAN,
+            speed_m_s: f64::NAN,
+            battery_v: value(f.battery_v),
+            utc: None,
+        }
+    }
 }
 
 /// What really happened in one cycle.

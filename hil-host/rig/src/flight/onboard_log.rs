@@ -14,7 +14,7 @@ use crate::seats::{Link, SeatError, Wire, link};
 use anyhow::{Context, bail};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use serde_json::json;
-use signals::{Object, Reading, Refusal, ToBoard, ToHost, Utc};
+use signals::{Object, Refusal, ToBoard, ToHost, Utc};
 use std::path::{Path, PathBuf};
 use store::ring;
 
@@ -290,10 +290,6 @@ pub fn flights(cycles: &[Logged]) -> Vec<&[Logged]> {
 /// # Errors
 /// A flight is there already, or the disk is full.
 pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec<PathBuf>> {
-    let value = |r: Reading| match r {
-        Reading::Sampled { value, .. } if value.is_finite() => f64::from(value),
-        _ => f64::NAN,
-    };
     let nothing = Truth {
         depth_m: f64::NAN,
         east_m: f64::NAN,
@@ -314,23 +310,8 @@ pub fn write(cycles: &[Logged], below: &Path, board: &str) -> anyhow::Result<Vec
         let mut log = Writer::create(&directory, vehicle, "# the board's log does not hold its mission\n")?;
         let start = flight.first().map_or(0, |c| c.1.time.0);
         for (utc, f, answer) in flight {
-            let measured = Measured {
-                time_s: (f.time.0 - start) as f64 * 1e-6,
-                pressure_pa: value(f.depth_m) * DEPTH_TO_PA,
-                pitch_rad: value(f.pitch_rad),
-                roll_rad: value(f.roll_rad),
-                heading_rad: value(f.heading_rad),
-                ballast_m3: value(f.ballast_m3),
-                battery_mass_m: value(f.battery_mass_m),
-                fin_rad: value(f.fin_rad),
-                temperature_degc: value(f.temperature_degc),
-                density_kg_m3: value(f.density_kg_m3),
-                gps_east_m: f64::NAN,
-                gps_north_m: f64::NAN,
-                speed_m_s: f64::NAN,
-                battery_v: value(f.battery_v),
-                utc: *utc,
-            };
+            let time_s = (f.time.0 - start) as f64 * 1e-6;
+            let measured = Measured { utc: *utc, ..Measured::of(time_s, f, DEPTH_TO_PA) };
             log.push(&measured, f, answer, &nothing)?;
         }
         written.push(log.finish(summary(flight)).with_context(|| directory.display().to_string())?);

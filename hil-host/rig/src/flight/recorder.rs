@@ -12,7 +12,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use serde_json::{Value, json};
-use signals::Reading;
 use std::path::Path;
 
 /// Writes a closed-loop flight.
@@ -23,13 +22,6 @@ pub struct Recorder {
     gps: Normal<f64>,
     origin: Option<(f64, f64)>,
     resets: u32,
-}
-
-fn value(r: Reading) -> f64 {
-    match r {
-        Reading::Sampled { value, .. } if value.is_finite() => f64::from(value),
-        _ => f64::NAN,
-    }
 }
 
 impl Recorder {
@@ -74,23 +66,7 @@ impl Recorder {
             east = t.east_m - origin.0 + self.gps.sample(&mut self.rng);
             north = t.north_m - origin.1 + self.gps.sample(&mut self.rng);
         }
-        let measured = Measured {
-            time_s: cycle.time_s,
-            pressure_pa: value(f.depth_m) * self.depth_to_pa,
-            pitch_rad: value(f.pitch_rad),
-            roll_rad: value(f.roll_rad),
-            heading_rad: value(f.heading_rad),
-            ballast_m3: value(f.ballast_m3),
-            battery_mass_m: value(f.battery_mass_m),
-            fin_rad: value(f.fin_rad),
-            temperature_degc: value(f.temperature_degc),
-            density_kg_m3: value(f.density_kg_m3),
-            gps_east_m: east,
-            gps_north_m: north,
-            speed_m_s: f64::NAN,
-            battery_v: value(f.battery_v),
-            utc: None,
-        };
+        let measured = Measured { gps_east_m: east, gps_north_m: north, ..Measured::of(cycle.time_s, f, self.depth_to_pa) };
         let truth = Truth {
             depth_m: t.depth_m,
             east_m: t.east_m,

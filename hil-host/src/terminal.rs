@@ -105,6 +105,11 @@ fn example(line: &str) -> Vec<String> {
     out
 }
 
+/// Prints a line with its label, what runs on set in below.
+pub fn row(label: &str, text: &str) {
+    println!("{label:<15}{}", wrapped_from(15, text, 15));
+}
+
 /// Prints lines that fit the terminal.
 pub fn say(text: &str) {
     println!("{}", fitted(text));

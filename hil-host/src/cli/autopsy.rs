@@ -1,7 +1,7 @@
 //! `glider autopsy`.
 
 use super::{Output, Verdict};
-use crate::terminal::{say, wrapped_from};
+use crate::terminal::{row, say};
 use anyhow::{Context, ensure};
 use logs::record::bounded;
 use rig::flight::autopsy::{self, Autopsy, Ended};
@@ -102,11 +102,6 @@ fn lines(args: &Args, note: &Note) -> anyhow::Result<Lines> {
             Err(e) => Err(format!("{e:#}")),
         },
     })
-}
-
-/// A line with its label, what runs on set in below.
-fn row(label: &str, text: &str) {
-    println!("{label:<15}{}", wrapped_from(15, text, 15));
 }
 
 /// Who answers.

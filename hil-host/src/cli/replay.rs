@@ -5,7 +5,7 @@ mod stepping;
 
 use super::fly::table_of;
 use super::{Output, Verdict};
-use crate::terminal::{say, wrapped_from};
+use crate::terminal::row;
 use anyhow::ensure;
 use indicatif::{ProgressBar, ProgressStyle};
 use rig::flight::frames::Start;
@@ -211,9 +211,4 @@ fn rows(record: &Record, played: &Played, watches: &[String]) -> Vec<(&'static s
         }
     });
     rows
-}
-
-/// A line with its label, what runs on set in below.
-fn row(label: &str, text: &str) {
-    say(&format!("{label:<15}{}", wrapped_from(15, text, 15)));
 }

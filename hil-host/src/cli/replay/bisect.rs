@@ -1,8 +1,9 @@
 //! `glider replay --bisect`: which of a row of laws or tables turned a flight.
 
-use super::{abort_words, row, watches};
+use super::{abort_words, watches};
 use crate::cli::fly::table_of;
 use crate::cli::{Output, Verdict};
+use crate::terminal::row;
 use anyhow::{Context as _, ensure};
 use rig::replay::bisect::bisect;
 use rig::replay::law::{Law, commits};

@@ -1,26 +1,18 @@
 //! Any cycle of a recorded flight: what was measured, what this law answers, and expressions of both.
 
-use super::row;
 use crate::cli::{Output, Verdict};
-use crate::terminal::say;
+use crate::terminal::{row, say};
 use logs::vehicle::expression::Formula;
-use rig::flight::log::degraded;
+use rig::flight::log::{degraded, value};
 use rig::replay::difference::differences;
 use rig::replay::record::Record;
 use rig::replay::stepper::Stepper;
 use serde_json::json;
-use signals::{Answer, Reading, SensorFrame};
+use signals::{Answer, SensorFrame};
 use std::io::BufRead as _;
 
 /// A signal by the name that it has in flight.csv, as far as it is a number.
 type Signal = (&'static str, fn(&SensorFrame, &Answer) -> f64);
-
-fn value(reading: Reading) -> f64 {
-    match reading {
-        Reading::Sampled { value, .. } => value.into(),
-        Reading::Missing => f64::NAN,
-    }
-}
 
 const SIGNALS: [Signal; 28] = [
     ("time_s", |f, _| f.time.0 as f64 * 1e-6),

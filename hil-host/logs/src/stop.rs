@@ -26,6 +26,14 @@ pub fn heed(flag: Option<Flag>) {
     FLAG.set(flag);
 }
 
+/// Works under a flag, on whatever thread, which goes back to its own afterwards.
+pub fn heeding<T>(flag: Option<Flag>, work: impl FnOnce() -> T) -> T {
+    let own = FLAG.replace(flag);
+    let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
+    FLAG.set(own);
+    done.unwrap_or_else(|e| std::panic::resume_unwind(e))
+}
+
 /// Ends the work of this thread, by unwinding with [`Stopped`], if that is asked for. Called wherever work of a second begins.
 pub fn here() {
     if FLAG.with_borrow(|flag| flag.as_ref().is_some_and(|f| f.load(Ordering::Relaxed))) {

@@ -9,12 +9,13 @@ use crate::model::internal_wave::Kind;
 use crate::model::parameters::{PRESSURE_ZERO, PRESSURE_ZERO_PA, SPEED_SCALE, SensorErrors, State, law, sensor_errors};
 use crate::preprocess::Run;
 use hydro::effects::{Active, Constants};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::atomic::Ordering;
 
 /// Most model passes of one search, the half steps that they may take together, and the passes that it may take however long they are.
 const MOST_PASSES: u64 = 2000;
-const MOST_HALF_STEPS: u64 = 24_000_000;
+const MOST_HALF_STEPS: u64 = 12_000_000;
 const FEWEST_PASSES: u64 = 250;
 
 /// Tracks that are kept at a time: enough to fill all lanes, and little beside the flight.
@@ -24,6 +25,12 @@ const TRACKS_AT_ONCE: usize = 64;
 struct Stated {
     law: (Constants, Vec<Active>),
     sensors: SensorErrors,
+}
+
+/// The model's answers to some runs: whitened, state by state, and the way of each run at each state, m.
+struct Part {
+    whitened: Vec<Vec<f64>>,
+    ways_m: Vec<(f64, f64)>,
 }
 
 impl Problem<'_> {
@@ -44,32 +51,18 @@ impl Problem<'_> {
     #[must_use]
     pub fn models(&self, states: &[State]) -> Vec<Vec<f64>> {
         let laws: Vec<Stated> = states.iter().map(|s| self.stated(s)).collect();
+        let all: Vec<usize> = (0..self.runs.len()).collect();
+        let at_once = (TRACKS_AT_ONCE / states.len().max(1)).clamp(1, all.len().div_ceil(rayon::current_num_threads()).max(1));
+        // Runs on all cores; the result is the same whoever simulates which.
+        let flag = logs::stop::flag();
+        let parts: Vec<Part> =
+            all.par_chunks(at_once).map(|some| logs::stop::heeding(flag.clone(), || self.answers(some, states, &laws))).collect();
         let mut out: Vec<Vec<f64>> = states.iter().map(|_| Vec::with_capacity(self.data.len())).collect();
         // Way of each run at each state, run by run.
         let mut ways_m: Vec<(f64, f64)> = Vec::with_capacity(self.runs.len() * states.len());
-        let all: Vec<usize> = (0..self.runs.len()).collect();
-        for some in all.chunks((TRACKS_AT_ONCE / states.len().max(1)).max(1)) {
-            let mut jobs: Vec<Job> = Vec::new();
-            // Which job is whose, run by run.
-            let mut of: Vec<usize> = Vec::new();
-            for k in some {
-                let first = jobs.len();
-                for law in &laws {
-                    let job = self.job(*k, law);
-                    let known = jobs[first..].iter().position(|j| j.is(&job)).map(|k| first + k);
-                    of.push(known.unwrap_or(jobs.len()));
-                    if known.is_none() {
-                        jobs.push(job);
-                    }
-                }
-            }
-            let tracks = self.simulated(&jobs);
-            for (k, of) in some.iter().zip(of.chunks(states.len().max(1))) {
-                for (((state, law), out), job) in states.iter().zip(&laws).zip(&mut out).zip(of) {
-                    self.answer(self.runs[*k], *k, state, law, &tracks[*job], out);
-                    ways_m.push(tracks[*job].displacement_m);
-                }
-            }
+        for part in parts {
+            out.iter_mut().zip(part.whitened).for_each(|(out, more)| out.extend(more));
+            ways_m.extend(part.ways_m);
         }
         for displacement in &self.displacements {
             for (i, (state, out)) in states.iter().zip(&mut out).enumerate() {
@@ -79,6 +72,33 @@ impl Problem<'_> {
             }
         }
         out
+    }
+
+    /// The model's answers to some runs at several states.
+    fn answers(&self, some: &[usize], states: &[State], laws: &[Stated]) -> Part {
+        let mut jobs: Vec<Job> = Vec::new();
+        // Which job is whose, run by run.
+        let mut of: Vec<usize> = Vec::new();
+        for k in some {
+            let first = jobs.len();
+            for law in laws {
+                let job = self.job(*k, law);
+                let known = jobs[first..].iter().position(|j| j.is(&job)).map(|k| first + k);
+                of.push(known.unwrap_or(jobs.len()));
+                if known.is_none() {
+                    jobs.push(job);
+                }
+            }
+        }
+        let tracks = self.simulated(&jobs);
+        let mut part = Part { whitened: vec![Vec::new(); states.len()], ways_m: Vec::with_capacity(of.len()) };
+        for (k, of) in some.iter().zip(of.chunks(states.len().max(1))) {
+            for (((state, law), out), job) in states.iter().zip(laws).zip(&mut part.whitened).zip(of) {
+                self.answer(self.runs[*k], *k, state, law, &tracks[*job], out);
+                part.ways_m.push(tracks[*job].displacement_m);
+            }
+        }
+        part
     }
 
     /// The model's answers to run `k` with other inputs, each at its own state.

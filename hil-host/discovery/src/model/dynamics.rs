@@ -6,7 +6,7 @@
 //! m(1+k2) dn/dt = F_n − q m(1+k1) u        F_n =  L cos α + D sin α + B cos θ
 //! α = atan2(−n, u)    w = −(u sin θ + n cos θ)   (positive down)
 //! ```
-//! Classical Runge–Kutta on a fixed grid ([`crate::model::integrator`]). Afloat (observed depth below [`crate::preprocess::FLOAT_M`] and buoyant) the
+//! Fourth order on a fixed grid, exponential across the hull ([`crate::model::integrator`]). Afloat (observed depth below [`crate::preprocess::FLOAT_M`] and buoyant) the
 //! vehicle is held at rest.
 //! Water motion shifts depth but not the forces: it is slow against the vehicle's own time scales.
 
@@ -207,24 +207,6 @@ impl Input {
         }
         let (sin, cos) = sin_cos_of_small(off);
         (self.sin_pitch * cos + self.cos_pitch * sin, self.cos_pitch * cos - self.sin_pitch * sin)
-    }
-}
-
-impl Point {
-    /// A share of the way to another point.
-    pub(crate) fn mixed(&self, other: &Self, share: f64) -> Self {
-        let mix = |a: f64, b: f64| a + share * (b - a);
-        Self {
-            buoyancy_n: mix(self.buoyancy_n, other.buoyancy_n),
-            dynamic: mix(self.dynamic, other.dynamic),
-            sin_pitch: mix(self.sin_pitch, other.sin_pitch),
-            cos_pitch: mix(self.cos_pitch, other.cos_pitch),
-            rate: mix(self.rate, other.rate),
-            roll: mix(self.roll, other.roll),
-            temperature: mix(self.temperature, other.temperature),
-            upright: mix(self.upright, other.upright),
-            level: mix(self.level, other.level),
-        }
     }
 }
 

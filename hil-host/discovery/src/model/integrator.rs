@@ -5,7 +5,7 @@
 //! lane does the same operations in the same order as if it were alone: the result does not depend on the other lanes.
 
 use crate::model::dynamics::{Job, Point, Track, add_water, angle_of_attack, points, small_angle};
-use crate::preprocess::{FLOAT_M, Input, Run, heave_decay_s};
+use crate::preprocess::{FLOAT_M, Input, Run};
 use hydro::effects::{ALPHA_VALID_RAD, Active, Constants, Continuation, Flow, ForceModel, InFlow};
 use std::borrow::Cow;
 use std::rc::Rc;
@@ -21,35 +21,9 @@ const ALL_LANES: u32 = (1 << LANES) - 1;
 /// Speed below which no force of the water is asked for, m/s.
 const LEAST_SPEED_M_S: f64 = 1e-6;
 
-/// Grid steps per decay time of the heave mode, at the speed of the run, from which a step is split; those that its parts then are at
-/// most, and most parts. Runge-Kutta is stable to 2.78.
-const STIFF: f64 = 2.7;
-const PART: f64 = 2.5;
-const MOST_PARTS: usize = 4;
-
-/// Parts of a grid step: the grid is stable for the vehicle of the file, and a fit may try several times its lift. What would take
-/// more parts (hardly any mass across) is no vehicle, and may fail.
-fn parts(of: &Job, model: &ForceModel) -> usize {
-    let c = &model.constants;
-    let per_decay = of.run.step_s / heave_decay_s(c, c.lift_slope_per_rad, of.run.fastest_m_s.max(fastest_m_s(of.run, model)));
-    let parts = (per_decay / PART).ceil() as usize;
-    if per_decay > STIFF && parts <= MOST_PARTS { parts } else { 1 }
-}
-
-/// Inputs of a run that are asked for how fast the model may become, and the fastest that is believed, m/s.
-const ASKED_INPUTS: usize = 64;
-const FASTEST_BELIEVED_M_S: f64 = 1.0;
-
-/// Speed at which drag at no angle of attack balances the net buoyancy along the hull, m/s: a vehicle of too little drag or of another
-/// trim is faster than the one that was measured.
-fn fastest_m_s(run: &Run, model: &ForceModel) -> f64 {
-    let c = &model.constants;
-    let speed = |i: &Input| {
-        let force = model.net_buoyancy_n(&model.truth(i.sensed)) * i.sin_pitch;
-        (2.0 * force.abs() / (i.sensed.density_kg_m3 * c.reference_area_m2 * c.cd0.max(1e-3))).sqrt()
-    };
-    run.inputs.iter().step_by(run.inputs.len().div_ceil(ASKED_INPUTS)).map(speed).fold(0.0, f64::max).min(FASTEST_BELIEVED_M_S)
-}
+/// Least decay of the motion across the hull within a step that the exponential step is made for: below it the factors of
+/// [`Decay`] lose digits, and any decay may be assumed, since what differs from it is integrated as the rest is.
+const LEAST_DECAY: f64 = 0.1;
 
 /// One simulation under way.
 struct Lane<'a> {
@@ -57,9 +31,6 @@ struct Lane<'a> {
     of: &'a Job<'a>,
     model: ForceModel<'a>,
     points: Rc<Vec<Point>>,
-    /// Parts of a grid step, and their length, s.
-    split: usize,
-    step_s: f64,
     /// Step that comes next, and how many there are.
     step: usize,
     steps: usize,
@@ -73,16 +44,14 @@ struct Lane<'a> {
 }
 
 impl<'a> Lane<'a> {
-    fn new(job: usize, of: &'a Job<'a>, model: ForceModel<'a>, points: Rc<Vec<Point>>, split: usize) -> Self {
+    fn new(job: usize, of: &'a Job<'a>, model: ForceModel<'a>, points: Rc<Vec<Point>>) -> Self {
         let rows = of.run.time_s.len();
         let mass = of.constants.mass_kg;
         Self {
             job,
             of,
-            steps: of.run.inputs.len().saturating_sub(1) / 2 * split,
+            steps: of.run.inputs.len().saturating_sub(1) / 2,
             points,
-            split,
-            step_s: of.run.step_s / split as f64,
             step: 0,
             row: 0,
             u: of.run.start_speed_m_s,
@@ -96,7 +65,7 @@ impl<'a> Lane<'a> {
                 speed_m_s: Vec::with_capacity(rows),
                 alpha_rad: Vec::with_capacity(rows),
                 displacement_m: (0.0, 0.0),
-                half_steps: (of.run.inputs.len() * split) as u64,
+                half_steps: of.run.inputs.len() as u64,
             },
             model,
         }
@@ -114,40 +83,20 @@ impl<'a> Lane<'a> {
 
     /// What was measured at a point of the step that comes next.
     fn input(&self, ahead: usize) -> &'a Input {
-        let k = 2 * self.step + ahead;
-        &self.of.run.inputs[if self.split == 1 { k } else { k / self.split }]
-    }
-
-    /// What drives the vehicle at a point; those between the inputs of a step that is split are made as they are asked for.
-    #[inline]
-    fn point(&self, k: usize) -> Point {
-        match (k / self.split, k % self.split) {
-            (whole, 0) => self.points[whole],
-            (whole, part) => self.points[whole].mixed(&self.points[whole + 1], part as f64 / self.split as f64),
-        }
-    }
-
-    /// What was measured at a point, as points are between inputs.
-    #[inline]
-    fn measured(&self, k: usize, pick: fn(&Input) -> f64) -> f64 {
-        let of = |whole: usize| pick(&self.of.run.inputs[whole]);
-        match (k / self.split, k % self.split) {
-            (whole, 0) => of(whole),
-            (whole, part) => of(whole) + part as f64 / self.split as f64 * (of(whole + 1) - of(whole)),
-        }
+        &self.of.run.inputs[2 * self.step + ahead]
     }
 
     fn is_afloat(&self) -> bool {
-        self.point(self.first()).buoyancy_n >= 0.0 && self.input(0).depth_m < FLOAT_M
+        self.points[self.first()].buoyancy_n >= 0.0 && self.input(0).depth_m < FLOAT_M
     }
 
     /// Takes the step: new velocities and the depth gained, and the rows on the way.
     fn take(&mut self, afloat: bool, new: [f64; 3], sink_at_start: f64) {
         let run = self.of.run;
-        let h = self.step_s;
+        let h = run.step_s;
         let k = self.first();
-        let (p1, p2) = (self.point(k + 1), self.point(k + 2));
-        let (t0, sin2, cos2) = (self.measured(k, |i| i.sensed.time_s), p2.sin_pitch, p2.cos_pitch);
+        let (p1, p2) = (self.points[k + 1], self.points[k + 2]);
+        let (t0, sin2, cos2) = (run.inputs[k].sensed.time_s, p2.sin_pitch, p2.cos_pitch);
         let (u0, n0, z0) = (self.u, self.n, self.z);
         let mut sink0 = 0.0;
         if afloat {
@@ -243,7 +192,7 @@ impl Vehicles {
             induced: constant(&|l| l.model.constants.induced_k),
             hull: constant(&|l| l.model.constants.hull_drag_per_rad2),
             hull_cubic: constant(&|l| l.model.constants.hull_drag_per_rad3),
-            step_s: constant(&|l| l.step_s),
+            step_s: constant(&|l| l.of.run.step_s),
             across_per_along: constant(&|l| l.heave_kg / l.surge_kg),
             turns: lanes.iter().any(|l| l.model.constants.banked_turn != 0.0),
             hooks: lanes.iter().fold(InFlow::NOTHING, |hooks, l| hooks.or(l.model.in_flow())),
@@ -269,7 +218,7 @@ impl Now {
     /// `ahead` points from the start of the step that comes next.
     fn of(lanes: &[Lane; LANES], ahead: usize) -> Self {
         let at: [usize; LANES] = std::array::from_fn(|i| lanes[i].first() + ahead);
-        let point: [Point; LANES] = std::array::from_fn(|i| lanes[i].point(at[i]));
+        let point: [Point; LANES] = std::array::from_fn(|i| lanes[i].points[at[i]]);
         let value = |pick: fn(&Point) -> f64| lanes_of(|i| pick(&point[i]));
         Self {
             at,
@@ -278,7 +227,7 @@ impl Now {
             sin_pitch: value(|p| p.sin_pitch),
             cos_pitch: value(|p| p.cos_pitch),
             rate: value(|p| p.rate),
-            cd0_relative: lanes_of(|i| lanes[i].measured(at[i], |input| input.cd0_relative)),
+            cd0_relative: lanes_of(|i| lanes[i].of.run.inputs[at[i]].cd0_relative),
             upright: value(|p| p.upright),
             level: value(|p| p.level),
         }
@@ -301,13 +250,13 @@ struct Motion {
 fn under_effects(lanes: &[Lane; LANES], b: &Vehicles, p: &Now, m: &Motion) -> (Lanes, Lanes) {
     let (alphas, speeds, sinks) = (m.alpha.to_array(), m.speed.to_array(), m.sink.to_array());
     let flow = |i: usize| {
-        let at = lanes[i].point(p.at[i]);
+        let at = lanes[i].points[p.at[i]];
         Flow {
             alpha_rad: alphas[i],
             speed_m_s: speeds[i],
             roll_rad: at.roll,
             climb_m_s: -sinks[i],
-            time_s: lanes[i].measured(p.at[i], |input| input.sensed.time_s),
+            time_s: lanes[i].of.run.inputs[p.at[i]].sensed.time_s,
             temperature_degc: at.temperature,
             attached: false,
         }
@@ -374,6 +323,45 @@ fn rates(lanes: &[Lane; LANES], b: &Vehicles, resting: u32, p: &Now, u: Lanes, n
     [(along + p.rate * b.heave_kg * n) * b.per_surge, (across - p.rate * b.surge_kg * u) * b.per_heave, sink]
 }
 
+/// One step of the motion across the hull by exponential time differencing of fourth order (Cox and Matthews 2002, eq. 26 to 29). Lift
+/// decays it within seconds, at a glide as well as at several times the file's lift: a decay that is assumed through the step is integrated
+/// exactly, and a steady glide stays one, however long the step.
+struct Decay {
+    /// Assumed decay, 1/s.
+    per_s: Lanes,
+    /// What half a step leaves of a velocity, and what it makes of a rate, s.
+    by_half: Lanes,
+    half: Lanes,
+    /// What a whole step makes of the rates at its start, twice in its middle and at its end, s.
+    first: Lanes,
+    middle: Lanes,
+    last: Lanes,
+}
+
+impl Decay {
+    /// Decay by lift at the angle of attack where the step begins, at the faster of the speeds where it begins and where it ends.
+    fn of(b: &Vehicles, p: &Now, [u, n]: [Lanes; 2], u_at_end: Lanes) -> Self {
+        let speed = (u * u + n * n).sqrt();
+        let angle = n.abs() / speed.max(Lanes::splat(LEAST_SPEED_M_S));
+        let slope = (b.slope + Lanes::splat(2.0) * b.quadratic * angle) * p.upright + b.cd0;
+        let x = (b.per_heave * p.dynamic * speed.max(u_at_end.abs()) * slope * b.step_s).max(Lanes::splat(LEAST_DECAY));
+        // phi functions at -x.
+        let by_half = (Lanes::splat(-0.5) * x).exp();
+        let phi1 = (Lanes::ONE - by_half * by_half) / x;
+        let phi2 = (Lanes::ONE - phi1) / x;
+        let phi3 = (Lanes::splat(0.5) - phi2) / x;
+        let c = Lanes::splat;
+        Self {
+            per_s: x / b.step_s,
+            by_half,
+            half: b.step_s * (Lanes::ONE - by_half) / x,
+            first: b.step_s * (phi1 - c(3.0) * phi2 + c(4.0) * phi3),
+            middle: b.step_s * (c(2.0) * phi2 - c(4.0) * phi3),
+            last: b.step_s * (c(4.0) * phi3 - phi2),
+        }
+    }
+}
+
 /// Runs the model over one run of a flight. `beyond` is how lift goes on beyond the valid angle of attack.
 #[must_use]
 pub fn track(run: &Run, nominal: Constants, effects: &[Active], water_depth_m: f64, beyond: Continuation) -> Track {
@@ -406,7 +394,6 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
         logs::stop::here();
         let job = &jobs[k];
         let model = ForceModel::new(job.constants, &job.effects).continued(beyond);
-        let split = parts(job, &model);
         // Those of a long run are most of what a diagnosis holds.
         let later = |of: usize| jobs[k..].iter().any(|j| jobs[of].shares_points(j));
         kept.retain(|(of, points)| std::ptr::eq(jobs[*of].run, job.run) && (Rc::strong_count(points) > 1 || later(*of)));
@@ -416,7 +403,7 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
             kept.push((k, points.clone()));
             points
         });
-        Lane::new(k, job, model, points, split)
+        Lane::new(k, job, model, points)
     };
     let mut next = LANES.min(jobs.len());
     if next == 0 {
@@ -455,14 +442,21 @@ pub fn tracks(jobs: &[Job], water_depth_m: f64, beyond: Continuation) -> Vec<Tra
         let h = constants.step_s;
         let (u, n, z) = (lanes_of(|i| lanes[i].u), lanes_of(|i| lanes[i].n), lanes_of(|i| lanes[i].z));
         let (half, two, sixth) = (Lanes::splat(0.5), Lanes::splat(2.0), h / Lanes::splat(6.0));
-        let rates = |p: &Now, u: Lanes, n: Lanes| rates(&lanes, &constants, resting, p, u, n);
-        let [a1, b1, c1] = rates(&p0, u, n);
-        let [a2, b2, c2] = rates(&p1, u + half * h * a1, n + half * h * b1);
-        let [a3, b3, c3] = rates(&p1, u + half * h * a2, n + half * h * b2);
-        let [a4, b4, c4] = rates(&p2, u + h * a3, n + h * b3);
+        let [a1, b1, c1] = rates(&lanes, &constants, resting, &p0, u, n);
+        let decay = Decay::of(&constants, &p0, [u, n], u + h * a1);
+        // Along the hull and down: Runge-Kutta. Across it: what the assumed decay leaves of the rate.
+        let rates = |p: &Now, u: Lanes, n: Lanes| {
+            let [along, across, sink] = rates(&lanes, &constants, resting, p, u, n);
+            [along, across + decay.per_s * n, sink]
+        };
+        let b1 = b1 + decay.per_s * n;
+        let n2 = decay.by_half * n + decay.half * b1;
+        let [a2, b2, c2] = rates(&p1, u + half * h * a1, n2);
+        let [a3, b3, c3] = rates(&p1, u + half * h * a2, decay.by_half * n + decay.half * b2);
+        let [a4, b4, c4] = rates(&p2, u + h * a3, decay.by_half * n2 + decay.half * (two * b3 - b1));
         let sum = |a: Lanes, b: Lanes, c: Lanes, d: Lanes| a + two * b + two * c + d;
         let u = (u + sixth * sum(a1, a2, a3, a4)).to_array();
-        let n = (n + sixth * sum(b1, b2, b3, b4)).to_array();
+        let n = (decay.by_half * decay.by_half * n + decay.first * b1 + decay.middle * (b2 + b3) + decay.last * b4).to_array();
         let z = (z + sixth * sum(c1, c2, c3, c4)).to_array();
         let sink = c1.to_array();
         for i in (0..LANES).filter(|i| !idle[*i]) {

@@ -2,8 +2,8 @@
 
 use crate::preprocess::channels::Channels;
 use crate::preprocess::fixes::fixes;
-use crate::preprocess::grid::{FAST_M_S, inputs, step_s};
-use crate::preprocess::run::{Input, Run};
+use crate::preprocess::grid::{STEP_S, inputs};
+use crate::preprocess::run::Run;
 use crate::preprocess::stuck_sensors::Removed;
 use crate::preprocess::{SETTLE_S, SURFACE_M};
 use logs::record::flight::Flight;
@@ -76,15 +76,13 @@ pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, 
     let used = rows_used(time, &whole_depth, &depth);
     let first_pitch = channels.pitch.iter().copied().find(|p| p.is_finite()).unwrap_or(0.0);
     let start_speed_m_s = if starts_afloat { 0.0 } else { start_speed_m_s(time, &whole_depth, first_pitch.sin()) };
-    let step = step_s(vehicle);
-    let inputs = inputs(&channels, &whole_depth, zero, step);
+    let inputs = inputs(&channels, &whole_depth, zero, STEP_S);
     let fixes = fixes(flight, rows.clone());
     let blind = silent.contains(&true) || channels.unsteered();
     let (displacement_m, displacement_s) = match fixes {
         [Some(a), Some(b)] if !blind => (Some(a.to(&b, vehicle.sensors.gps_noise_m)), b.time_s - a.time_s),
         _ => (None, f64::NAN),
     };
-    let fastest_m_s = fastest_m_s(&inputs, step);
     Run {
         segment: flight.segment[start],
         first_row: start,
@@ -97,7 +95,7 @@ pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, 
         speed_m_s: channels.speed,
         ballast_m3: channels.ballast,
         inputs,
-        step_s: step,
+        step_s: STEP_S,
         displacement_m,
         displacement_s,
         fixes,
@@ -105,7 +103,6 @@ pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, 
         surface,
         starts_afloat,
         start_speed_m_s,
-        fastest_m_s,
     }
 }
 
@@ -125,33 +122,9 @@ fn start_speed_m_s(time_s: &[f64], depth_m: &[f64], sin_pitch: f64) -> f64 {
     if sin_pitch.abs() > LEAST_SIN_PITCH && START_SPEEDS_M_S.contains(&speed) { speed } else { TURNING_SPEED_M_S }
 }
 
-/// Time over which the speed under way is taken, s.
-const WAY_S: f64 = 20.0;
-/// Share of the run that may be faster: turns, and depths that jump.
-const FASTER: f64 = 0.02;
-/// Least sine of the pitch of a glide.
-const GLIDE_SIN_PITCH: f64 = 0.2;
-/// Speeds that are believed of a whole run, m/s.
-const RUN_SPEEDS_M_S: (f64, f64) = (0.25, 1.0);
-
-/// Speed along the hull that a run hardly ever exceeds, m/s. The path is steeper than the pitch, so this errs on the fast side.
-fn fastest_m_s(inputs: &[Input], step_s: f64) -> f64 {
-    let apart = ((2.0 * WAY_S / step_s) as usize).max(1);
-    let speed = |pair: (&Input, &Input)| {
-        let sin_pitch = 0.5 * (pair.0.sin_pitch + pair.1.sin_pitch);
-        let sink = (pair.1.depth_m - pair.0.depth_m) / (pair.1.sensed.time_s - pair.0.sensed.time_s);
-        (sin_pitch.abs() > GLIDE_SIN_PITCH).then(|| -sink / sin_pitch).filter(|u| u.is_finite())
-    };
-    let mut speeds: Vec<f64> = inputs.iter().zip(inputs.iter().skip(apart)).filter_map(speed).collect();
-    speeds.sort_by(f64::total_cmp);
-    let at = (speeds.len() as f64 * (1.0 - FASTER)) as usize;
-    speeds.get(at).map_or(FAST_M_S, |u| u.clamp(RUN_SPEEDS_M_S.0, RUN_SPEEDS_M_S.1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hydro::effects::Sensed;
 
     #[test]
     fn a_run_under_way_starts_at_the_speed_that_depth_and_pitch_say() {
@@ -162,43 +135,5 @@ mod tests {
         for (rate, sin_pitch) in [(0.0, -0.4), (0.12, 0.4), (0.12, -0.05), (-0.9, 0.4), (0.12, 0.0)] {
             assert_eq!(start_speed_m_s(&time, &sinking(rate), sin_pitch), TURNING_SPEED_M_S, "{rate} {sin_pitch}");
         }
-    }
-
-    #[test]
-    fn a_run_is_as_fast_as_its_glides_whatever_its_turns_and_jumps_say() {
-        let step_s = 1.0;
-        // Ten minutes down at 0.2 m/s and 24 degrees (0.49 m/s along the hull), a slower climb, and a jump of the pressure of 40 m.
-        let input = |j: usize| {
-            let time_s = 0.5 * j as f64;
-            let down = time_s < 600.0;
-            let depth_m = if down { 0.2 * time_s } else { 120.0 - 0.1 * (time_s - 600.0) } + if j == 900 { 40.0 } else { 0.0 };
-            let pitch_rad: f64 = if down { -0.42 } else { 0.42 };
-            let sensed = Sensed {
-                time_s,
-                pitch_rad,
-                ballast_m3: 0.0,
-                density_kg_m3: 1000.0,
-                temperature_degc: 10.0,
-                hull_degc: 10.0,
-                pressure_pa: depth_m * 1e4,
-            };
-            let (sin_pitch, cos_pitch) = pitch_rad.sin_cos();
-            Input {
-                sensed,
-                pitch_rate_rad_s: 0.0,
-                sin_pitch,
-                cos_pitch,
-                roll_rad: 0.0,
-                cos_roll: 1.0,
-                sin_heading: 0.0,
-                cos_heading: 1.0,
-                depth_m,
-                cd0_relative: 1.0,
-            }
-        };
-        let inputs: Vec<Input> = (0..3600).map(input).collect();
-        let fastest = fastest_m_s(&inputs, step_s);
-        assert!((fastest - 0.2 / 0.42_f64.sin()).abs() < 1e-6, "{fastest} m/s");
-        assert_eq!(fastest_m_s(&inputs[..10], step_s), FAST_M_S);
     }
 }

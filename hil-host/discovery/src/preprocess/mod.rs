@@ -21,13 +21,12 @@ pub mod spikes;
 pub(crate) mod stuck_sensors;
 
 use crate::ablation::is_on;
-pub use crate::preprocess::grid::{STEP_S, heave_decay_s, step_s};
+pub use crate::preprocess::grid::STEP_S;
 pub use crate::preprocess::interpolate::{PITCH_WINDOW_S, local_slope, widened_s};
 pub use crate::preprocess::run::{Input, Prepared, Run};
 
 use crate::preprocess::clean::run;
 use crate::preprocess::gps::displacements;
-pub(crate) use crate::preprocess::grid::FAST_M_S;
 pub(crate) use crate::preprocess::interpolate::fill;
 use crate::preprocess::stuck_sensors::{Removed, unstuck};
 use logs::record::afloat::reading_afloat;

@@ -69,8 +69,6 @@ pub struct Run {
     pub starts_afloat: bool,
     /// Speed along the hull at the start, m/s: zero afloat; under way what the first depths and pitches say.
     pub start_speed_m_s: f64,
-    /// Speed along the hull that the run hardly ever exceeds, from depth and pitch, m/s.
-    pub fastest_m_s: f64,
 }
 
 /// A flight ready for the model.

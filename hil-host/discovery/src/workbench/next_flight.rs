@@ -10,7 +10,7 @@ use crate::likelihood::whitening::{Colour, Whitener};
 use crate::model::dynamics::Track;
 use crate::model::integrator::track;
 use crate::model::parameters::{N_SIMULATED, State, law};
-use crate::preprocess::{FAST_M_S, Input, Run};
+use crate::preprocess::{Input, Run};
 use hydro::effects::{Continuation, Sensed};
 use logs::vehicle::Vehicle;
 use nalgebra::{DMatrix, DVector};
@@ -126,7 +126,6 @@ fn leg_run(leg: Leg, column: &dyn Fn(f64) -> (f64, f64), top: f64, bottom: f64, 
         surface: [None, None],
         starts_afloat: false,
         start_speed_m_s: 0.0,
-        fastest_m_s: FAST_M_S,
     }
 }
 

@@ -15,6 +15,9 @@ pub fn in_words(name: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// The kind of what somebody wrote.
+pub const OWN: &str = "Your own";
+
 /// Which part of the physics an effect changes: the first of these that it acts on.
 #[must_use]
 pub fn kind(effect: &'static Effect) -> &'static str {

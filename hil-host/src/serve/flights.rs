@@ -1,7 +1,7 @@
 //! Flights opened in the workbench: what the model says of them with the
 //! ticked effects on.
 
-pub use super::requests::{Evaluate, File, Fit, Open, Overlay};
+pub use super::requests::{Evaluate, File, Fit, Open, Overlay, Own};
 
 use super::{Workbench, dropped, overlay};
 use crate::pages::chart::map_of_means;
@@ -18,9 +18,10 @@ use discovery::model::dynamics::Track;
 use discovery::model::parameters::{State, law};
 use discovery::preprocess::{Prepared, prepare, sanity};
 use discovery::workbench::add;
-use hydro::effects::{Active, CATALOGUE, by_name};
+use hydro::effects::{Active, CATALOGUE, Effect, by_name};
+use logs::vehicle::expression;
 use logs::{Flight, Vehicle};
-use plant::trials::catalogue::{Effect, Strength};
+use plant::trials::catalogue::{Effect as Truth, Strength};
 use plant::trials::{Site, Spec, Wing, generate};
 use rig::flight::mission_file;
 use rig::flight::tables::Built;
@@ -111,7 +112,7 @@ impl Opened {
         if effects.is_empty() {
             return State::nominal();
         }
-        let names: Vec<String> = effects.iter().map(|e| e.effect.name.to_owned()).collect();
+        let names: Vec<String> = effects.iter().map(|e| key(e.effect).to_owned()).collect();
         let calibration = self.fitted(&names).map_or(State::nominal().calibration, |s| s.calibration);
         State { calibration, effects: effects.to_vec(), wave: None }
     }
@@ -203,7 +204,7 @@ impl Opened {
         let maps = [("alpha", "nominal", 12), ("alpha", "now", 12), ("t", "nominal", 24), ("t", "now", 24)];
         let maps = maps.map(|(x, model, nx)| map_of_means([&column(x), &column("depth"), &minus(model)], (nx, 8)));
         let values: Map<String, Value> =
-            state.effects.iter().map(|e| (e.effect.name.to_owned(), json!(e.values[..e.effect.parameters.len()]))).collect();
+            state.effects.iter().map(|e| (key(e.effect).to_owned(), json!(e.values[..e.effect.parameters.len()]))).collect();
         json!({
             "error": {"nominal": as_given, "recalibrated": recalibrated, "now": self.error(&now),
                       "floor": *self.floor.lock().unwrap_or_else(PoisonError::into_inner), "held_out": self.judged.printed().1},
@@ -244,7 +245,7 @@ fn curve([given, refitted]: [&Vehicle; 2], calibrated: Option<&State>, state: &S
 
 /// The example: a simulated day on a lake whose vehicle glides with an effect that its file lacks.
 fn example() -> anyhow::Result<(Flight, Vehicle, Vec<String>)> {
-    let spec = Spec::single(Site::Lake, Wing::Standard, Effect::ClimbDrag, Strength::Strong);
+    let spec = Spec::single(Site::Lake, Wing::Standard, Truth::ClimbDrag, Strength::Strong);
     let scratch = dropped::Scratch::new()?;
     let case = write_case(&scratch.0, &generate(&spec, EXAMPLE_SEED, 0))?;
     let file = logs::vehicle::file_next_to(&case)?.context("the example has no vehicle file")?;
@@ -256,11 +257,50 @@ fn example() -> anyhow::Result<(Flight, Vehicle, Vec<String>)> {
 /// Any will do.
 const EXAMPLE_SEED: u64 = 5;
 
+/// What the page calls an effect: its name, or the expression that somebody wrote.
+fn key(effect: &Effect) -> &'static str {
+    effect.expression.unwrap_or(effect.name)
+}
+
+/// The effect that the page calls so.
+fn called(name: &str) -> anyhow::Result<&'static Effect> {
+    /// Those that are written, each read once: they stay in memory.
+    static WRITTEN: Mutex<BTreeMap<String, &'static Effect>> = Mutex::new(BTreeMap::new());
+    if !expression::is_expression(name) {
+        return by_name(name).with_context(|| format!("there is no effect named {name}"));
+    }
+    let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(effect) = written.get(name) {
+        return Ok(effect);
+    }
+    anyhow::ensure!(written.len() < MOST_WRITTEN, "{MOST_WRITTEN} expressions were tried: start `glider serve` again for more");
+    let effect: &'static Effect = expression::parse(name)?;
+    written.insert(name.to_owned(), effect);
+    Ok(effect)
+}
+
+/// Expressions that one server reads.
+const MOST_WRITTEN: usize = 1000;
+
+/// An effect as the page shows it.
+fn offered(e: &'static Effect) -> Value {
+    let parameters: Vec<Value> = e
+        .parameters
+        .iter()
+        .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
+        .collect();
+    let (words, kind) = match e.expression {
+        Some(text) => (text.to_owned(), effect_list::OWN),
+        None => (effect_list::in_words(e.name), effect_list::kind(e)),
+    };
+    json!({"name": key(e), "words": words, "kind": kind, "physics": e.physics, "separated_by": e.separated_by, "parameters": parameters})
+}
+
 /// Effects by name and values, as the page sends them.
 pub(super) fn active(effects: &BTreeMap<String, Vec<f64>>) -> anyhow::Result<Vec<Active>> {
     let mut out = Vec::new();
     for (name, values) in effects {
-        let effect = by_name(name).with_context(|| format!("there is no effect named {name}"))?;
+        let effect = called(name)?;
         let mut one = Active::off(effect);
         if values.len() != effect.parameters.len() {
             bail!("{name} has {} parameters, not {}", effect.parameters.len(), values.len());
@@ -276,20 +316,18 @@ pub(super) fn active(effects: &BTreeMap<String, Vec<f64>>) -> anyhow::Result<Vec
     Ok(out)
 }
 
+/// An effect that somebody wrote, as the page shows it.
+///
+/// # Errors
+/// Where it cannot be read.
+pub fn own(request: &Own) -> anyhow::Result<Value> {
+    anyhow::ensure!(expression::is_expression(&request.expression), "write for example: cd += k*roll^2");
+    Ok(offered(called(request.expression.trim())?))
+}
+
 /// What the page needs before any flight is open.
 pub fn catalogue(bench: &Workbench) -> Value {
-    let effects: Vec<Value> = CATALOGUE
-        .iter()
-        .map(|e| {
-            let parameters: Vec<Value> = e
-                .parameters
-                .iter()
-                .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
-                .collect();
-            json!({"name": e.name, "words": effect_list::in_words(e.name), "kind": effect_list::kind(e), "physics": e.physics,
-                   "separated_by": e.separated_by, "parameters": parameters})
-        })
-        .collect();
+    let effects: Vec<Value> = CATALOGUE.iter().map(|e| offered(e)).collect();
     let flights: Vec<String> = bench.offered.iter().map(|p| p.display().to_string()).collect();
     let open: Vec<Value> = bench.open.lock().unwrap_or_else(PoisonError::into_inner).iter().map(|o| o.summary()).collect();
     json!({"effects": effects, "kinds": effect_list::KINDS, "flights": flights, "open": open, "missions": mission_file::BUILT_IN,
@@ -369,13 +407,12 @@ impl Workbench {
     /// Unknown flight or effect, or nothing to fit.
     pub fn fit(&self, request: &Fit) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
-        let effects = request.effects.iter().map(|n| by_name(n).with_context(|| format!("there is no effect named {n}")));
-        let effects: Vec<_> = effects.collect::<anyhow::Result<_>>()?;
+        let effects = request.effects.iter().map(|n| called(n)).collect::<anyhow::Result<Vec<_>>>()?;
         if let Some(known) = opened.fitted(&request.effects) {
             return Ok(opened.evaluation(&known));
         }
         let fit = add::add(&opened.flight, &opened.vehicle, &effects, &[])?;
-        let names: Vec<&str> = effects.iter().map(|e| e.name).collect();
+        let names: Vec<&str> = effects.iter().map(|e| key(e)).collect();
         opened.remember(&names, &fit.after, fit.branch);
         opened.floor_is(fit.noise_floor_m_s);
         Ok(opened.evaluation(&fit.after))
@@ -417,8 +454,7 @@ impl Workbench {
     /// Nothing to fit, or a vehicle that no table can be made of.
     pub fn learnt(&self, request: &Fit) -> anyhow::Result<[(Model, Built); 2]> {
         let opened = self.flight(request.flight)?;
-        let effects = request.effects.iter().map(|n| by_name(n).with_context(|| format!("there is no effect named {n}")));
-        let effects: Vec<_> = effects.collect::<anyhow::Result<_>>()?;
+        let effects = request.effects.iter().map(|n| called(n)).collect::<anyhow::Result<Vec<_>>>()?;
         let parent = opened.vehicle.document.to_string();
         let text = format!("{:#}\n", add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?.vehicle);
         let refitted = logs::vehicle::parse_text(&text, Path::new("learnt.json"))?;

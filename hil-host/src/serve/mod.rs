@@ -181,6 +181,7 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         .route("/", get(|| async { Html(page()) }))
         .route("/api/catalogue", get(|State(b): Bench| async move { blocking(move || Ok(flights::catalogue(&b))).await }))
         .route("/api/open", post(|State(b): Bench, Json(r): Json<flights::Open>| async move { blocking(move || b.open_flight(&r)).await }))
+        .route("/api/own", post(|Json(r): Json<flights::Own>| async move { blocking(move || flights::own(&r)).await }))
         .route("/api/opening", get(|State(b): Bench| async move { Json(b.opening_now()) }))
         .route(
             "/api/evaluate",

@@ -39,6 +39,13 @@ pub struct Evaluate {
     pub effects: BTreeMap<String, Vec<f64>>,
 }
 
+/// `POST /api/own`.
+#[derive(Debug, Deserialize)]
+pub struct Own {
+    /// An effect of one's own, as `glider add` takes it.
+    pub expression: String,
+}
+
 /// `POST /api/overlay`.
 #[derive(Debug, Deserialize)]
 pub struct Overlay {

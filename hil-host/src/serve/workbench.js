@@ -67,6 +67,9 @@ const Bench = (() => {
   const past = el('span', { id: 'history', class: 'lead' });
   const ladder = el('div', { class: 'ladder', id: 'ladder', hidden: true, role: 'group', 'aria-label': 'Depth-rate error in cm/s, step by step' }, el('div', { class: 'steps' }, ...steps.map((s) => s.node)), el('div', { class: 'row' }, worth, undo, past));
   const effects = el('div', { class: 'effects', id: 'effects', role: 'group', 'aria-label': 'Effects', tabindex: '0' });
+  const ownText = el('input', { id: 'own', placeholder: 'cd += k*roll^2', spellcheck: 'false', 'aria-label': 'Effect of your own: TARGET += EXPRESSION' });
+  const ownSay = el('p', { class: 'say', role: 'status', id: 'own-status' });
+  const own = el('form', { class: 'row', title: 'Targets: cd cl cn (alpha U roll climb phase t), volume_cc pitch_rad density_kg_m3 (p z T rho ballast pitch t), water_up_m_s (z H t); other names are fitted' }, el('label', { for: 'own' }, 'Your own:'), ownText, el('button', { id: 'own-add' }, 'Try it'));
   const find = button('find', 'Find what is missing', true);
   const fit = button('fit', 'Fit the ticked effects', true);
   const save = button('save', 'Calibrate and save', true);
@@ -91,7 +94,7 @@ const Bench = (() => {
   const second = el('select', { id: 'second', 'aria-label': 'Second flight to show beside this one' }, el('option', { value: '' }, 'no second flight'));
   const beforeAnswer = el('div', {}, acts);
   const work = el('div', { class: 'cols', hidden: true, id: 'work' },
-    el('section', {}, el('h2', {}, 'Effects'), el('div', { class: 'row' }, find, fit), findBar, findSay, beforeAnswer, effects),
+    el('section', {}, el('h2', {}, 'Effects'), el('div', { class: 'row' }, find, fit), findBar, findSay, beforeAnswer, own, ownSay, effects),
     el('section', {}, verdict, el('h2', {}, 'Model against measurement'), fRate, el('div', { class: 'charts' }, ...fMaps), fRes, fCurve, fDepth, fTrack, el('div', { class: 'row' }, el('label', { for: 'second' }, 'A second flight beside it:'), second)));
   const hil = el('section', { id: 'hil' });
   root.replaceChildren(
@@ -174,8 +177,9 @@ const Bench = (() => {
 
   // ---- effects ----------------------------------------------------------
   const effectItem = (e) => {
-    const box = el('input', { type: 'checkbox', id: 'fx-' + e.name });
-    const gain = el('span', { class: 'gain', id: 'gain-' + e.name });
+    const id = e.name.replace(/\W+/g, '-');
+    const box = el('input', { type: 'checkbox', id: 'fx-' + id });
+    const gain = el('span', { class: 'gain', id: 'gain-' + id });
     const sliders = el('div', { class: 'sliders' });
     const li = el('li', {}, el('label', {}, box, el('span', {}, e.words), gain), el('p', { class: 'physics' }, e.physics), sliders);
     e.show = () => {
@@ -189,7 +193,8 @@ const Bench = (() => {
       sliders.replaceChildren(...(values ? e.parameters.flatMap((p, i) => {
         if (!p.typical) return []; // stated with the others, not for a hand to move
         const text = el('span', {}, `${fmt(values[i])}${unit(p.unit)}`);
-        const s = el('input', { type: 'range', min: p.low, max: p.high, step: (p.high - p.low) / 400, value: values[i], 'aria-label': `${e.words} ${p.name}` });
+        const wide = p.high - p.low > 1e5; // of an expression nobody knows the range
+        const s = el('input', { type: wide ? 'number' : 'range', min: p.low, max: p.high, step: wide ? 'any' : (p.high - p.low) / 400, value: values[i], 'aria-label': `${e.words} ${p.name}` });
         s.addEventListener('input', () => { values[i] = Number(s.value); text.textContent = `${fmt(values[i])}${unit(p.unit)}`; evaluate(); });
         return [el('label', {}, el('span', {}, p.name), text, s)];
       }) : []));
@@ -208,6 +213,17 @@ const Bench = (() => {
     const inside = state.catalogue.filter((e) => e.kind === kind);
     return inside.length ? [el('h3', {}, kind), el('ul', { 'aria-label': kind }, ...inside.map(effectItem))] : [];
   }));
+  own.addEventListener('submit', async (event) => {
+    event.preventDefault();
+    try {
+      const e = await json('/api/own', { expression: ownText.value });
+      if (!state.catalogue.some((c) => c.name === e.name)) state.catalogue.push(e);
+      if (!state.kinds.includes(e.kind)) state.kinds.unshift(e.kind);
+      drawEffects();
+      say(ownSay, '');
+      document.getElementById('fx-' + e.name.replace(/\W+/g, '-')).click();
+    } catch (e) { say(ownSay, e.message, 'bad'); }
+  });
   const chosen = () => Object.fromEntries(state.ticked);
   const copy = () => [...state.ticked].map(([k, v]) => [k, [...v]]);
   const remember = () => { state.history.push({ ticked: copy(), now: state.error && state.error.now }); if (state.history.length > 30) state.history.shift(); };

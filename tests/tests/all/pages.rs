@@ -309,6 +309,19 @@ async fn four_parts(c: &Client, told: &Value) {
     assert!(charts.as_array().is_some_and(|c| c.len() == 4), "{charts}");
 }
 
+/// What hides is drag that differs between dives and climbs: written as an expression it is fitted, and what cannot be read is said.
+async fn an_effect_of_ones_own(c: &Client, recalibrated: f64) {
+    let own = c.find(Locator::Css("#own")).await.expect("a field for an expression");
+    own.send_keys("cd += k*nothing(").await.expect("typed");
+    click(c, "#own-add").await;
+    wait_text(c, "#own-status", |t| t.contains('('), 10).await;
+    own.clear().await.expect("cleared");
+    own.send_keys("cd += k*(1+phase)").await.expect("typed");
+    click(c, "#own-add").await;
+    wait_text(c, "#error-now", |t| t.parse::<f64>().is_ok_and(|now| now < 0.9 * recalibrated), 60).await;
+    c.find(Locator::Css("#fx-cd-k-1-phase-")).await.expect("its box").click().await.expect("unticked");
+}
+
 /// Flies in the pty seat and breaks the hull: the vehicle comes home.
 async fn break_the_hull(c: &Client) {
     js(c, "document.getElementById('seat').value = 'pty'; document.getElementById('pace').value = '200';", vec![]).await;
@@ -416,6 +429,7 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         c.find(Locator::Css("#fx-climb_drag")).await.expect("its box").send_keys(" ").await.expect("space unticks");
         assert_eq!(wait_text(&c, "#error-now", |t| t == cm("nominal"), 20).await, cm("nominal"));
 
+        an_effect_of_ones_own(&c, cm("recalibrated").parse().expect("cm/s")).await;
         zoom_by_keyboard(&c).await;
         break_the_hull(&c).await;
 

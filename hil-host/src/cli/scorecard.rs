@@ -300,6 +300,7 @@ fn print(d: &Value, list: bool) {
         figure(&d["error_after_over_known_truth_of_exact_answers"])
     ));
     say(&format!("wall time per case (median): {} s; failures: {}", figure(&d["wall_s_per_case_median"]), d["failures"]));
+    say(&format!("sentences that a number of the same answer denies: {}", d["contradictions"].as_array().map_or(0, Vec::len)));
     let mut confusion = table(["hidden", "answer (count)"]);
     for (truth, said) in d["confusion"].as_object().into_iter().flatten() {
         let text: Vec<String> = said.as_object().into_iter().flatten().map(|(k, n)| format!("{k} ({n})")).collect();

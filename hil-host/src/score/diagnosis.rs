@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::score::contradictions::contradictions;
 use anyhow::Context as _;
 use discovery::model::parameters::{CALIBRATION, calibration_of};
 use logs::vehicle::catalogue;
@@ -106,6 +107,8 @@ pub struct Scored {
     pub twin_log_odds: Option<f64>,
     /// Wall time of the diagnosis, s.
     pub wall_s: f64,
+    /// Sentences that a number of the same answer denies.
+    pub contradictions: Vec<String>,
     /// Message if the tool failed.
     pub failure: Option<String>,
 }
@@ -171,6 +174,7 @@ pub fn score(case: &Case, diagnosis: &Result<Value, String>, wall_s: f64) -> Sco
         known_truth_m_s: known_truth_error(&log, &case.vehicle, &case.truth).unwrap_or(f64::NAN),
         twin_log_odds: twin::log_odds(&log, &case.vehicle, &case.truth),
         wall_s,
+        contradictions: contradictions(d),
         failure: diagnosis.as_ref().err().cloned(),
     }
 }
@@ -281,6 +285,7 @@ pub fn summary(scored: &[Scored]) -> Value {
         "error_after_over_floor_of_exact_answers": median(answered.iter().map(|s| s.errors_m_s[2] / s.errors_m_s[1]).collect()),
         "wall_s_per_case_median": median(scored.iter().map(|s| s.wall_s).collect()),
         "failures": scored.iter().filter(|s| s.failure.is_some()).count(),
+        "contradictions": scored.iter().flat_map(|s| s.contradictions.iter().map(|c| format!("{}: {c}", s.case))).collect::<Vec<_>>(),
         "confusion": confusion,
     })
 }

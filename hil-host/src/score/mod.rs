@@ -1,6 +1,7 @@
 //! How good it is in numbers: control law, diagnosis on simulated and on real flights, missions, the whole loop.
 
 pub mod cases;
+pub mod contradictions;
 pub mod control_law;
 pub mod diagnosis;
 pub mod margins;

@@ -6,7 +6,6 @@ mod calibrating;
 mod case;
 mod closed_loop_diagnosis;
 mod comparing;
-mod contradictions;
 mod docs;
 mod eighty_columns;
 mod faulty_sensors;

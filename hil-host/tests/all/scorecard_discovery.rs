@@ -177,6 +177,8 @@ fn scorecard_the_corpus_is_answered_rightly_as_often_as_its_floors_say() {
         }
     }
     eprintln!("right of all: {count:?}");
+    let denied: Vec<_> = scored.iter().flat_map(|(_, s)| s.contradictions.iter().map(|c| (&s.case, c))).collect();
+    assert!(denied.is_empty(), "sentences that a number of the same answer denies: {denied:#?}");
     assert_eq!(count.keys().map(|c| (*c).to_owned()).collect::<Vec<_>>(), corpus.floors.keys().cloned().collect::<Vec<_>>());
     for (class, (right, all)) in &count {
         let share = *right as f64 / *all as f64;

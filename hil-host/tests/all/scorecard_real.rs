@@ -25,6 +25,7 @@ fn scorecard_real_injected_errors_of_the_subset_are_above_their_floors() {
     let card = document(&flights, &scored.expect("asked"), &[], &data);
     eprintln!("{}", line(&card));
     assert_eq!(card["all"]["failures"], 0, "{card:#}");
+    assert_eq!(card["all"]["contradictions"], serde_json::json!([]));
     // A file calibrated on 22,000 s of another day is narrower than that of a vehicle nobody knows, and not narrower than its scatter.
     for f in &flights {
         let t = |v: &serde_json::Value| v["tolerance_1sigma"]["cd0_relative"].as_f64().expect("stated");

@@ -10,7 +10,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::contradictions::contradictions;
+use hil_host::score::contradictions::contradictions;
 
 /// A flight as its glider or its operator wrote it, and which limits it is known to miss.
 struct Real {

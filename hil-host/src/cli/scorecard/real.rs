@@ -236,7 +236,8 @@ fn below_floors(card: &Value, quick: bool, data: &Data) -> Vec<String> {
     } else {
         data.floors.iter().filter(|f| f.0 != "quick").map(|(n, f)| (n.as_str(), f)).collect()
     };
-    let mut low = Vec::new();
+    let denied = card["all"]["contradictions"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let mut low: Vec<String> = denied.map(|d| format!("an answer denies itself: {d}")).collect();
     for (name, floor) in floors {
         let of = if quick { &card["all"] } else { &card[name] };
         low.extend(below(of, floor).into_iter().map(|why| format!("{name}: {why}")));

@@ -27,6 +27,7 @@ use logs::{Flight, export, vehicle};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use crate::score::contradictions::contradictions;
 use crate::score::diagnosis::LARGEST_CLASS;
 use ask::{Asked, Program};
 use flights::{Data, Entry, Floors, Shipped, Split};
@@ -80,6 +81,8 @@ pub struct Scored {
     pub errors_cm_s: [f64; 4],
     /// Wall and CPU time, s.
     pub seconds: [f64; 2],
+    /// Sentences that a number of the same answer denies.
+    pub contradictions: Vec<String>,
     /// Why there is no answer.
     pub failure: Option<String>,
 }
@@ -206,6 +209,7 @@ pub fn score(ready: &Ready, injected: &InjectedError, asked: &Asked, shown_sigma
         exact,
         errors_cm_s: ["baseline", "recalibrated", "best", "noise_floor"].map(error),
         seconds: [asked.wall_s, asked.cpu_s],
+        contradictions: contradictions(d),
         failure: asked.said.as_ref().err().cloned(),
     }
 }
@@ -282,6 +286,7 @@ pub fn summary(scored: &[&Scored]) -> Value {
         "interval": share(&exact, |s| s.covered == Some(true)),
         "cpu_s": { "median": at(50), "largest": cpu.last() },
         "failures": scored.iter().filter(|s| s.failure.is_some()).count(),
+        "contradictions": scored.iter().flat_map(|s| s.contradictions.iter().map(|c| format!("{}, {}: {c}", s.flight, s.injected))).collect::<Vec<_>>(),
     })
 }
 
@@ -369,6 +374,7 @@ mod tests {
             covered: None,
             errors_cm_s: [f64::NAN; 4],
             seconds: [1.0, f64::NAN],
+            contradictions: Vec::new(),
             failure: None,
         }
     }

@@ -2,8 +2,12 @@
 
 use serde_json::Value;
 
-/// What contradicts what in a document of `glider diagnose --json`.
+/// What contradicts what in a document of `glider diagnose --json`; nothing in that of a diagnosis that failed.
+#[must_use]
 pub fn contradictions(d: &Value) -> Vec<String> {
+    if d["verdict"].is_null() {
+        return Vec::new();
+    }
     let number = |v: &Value| v.as_f64().unwrap_or(f64::NAN);
     let text = |key: &str| d[key].as_str().unwrap_or_default();
     let list = |key: &str| d[key].as_array().cloned().unwrap_or_default();
@@ -11,7 +15,7 @@ pub fn contradictions(d: &Value) -> Vec<String> {
     let mut out = Vec::new();
     let mut must = |holds: bool, what: String| {
         if !holds {
-            out.push(what)
+            out.push(what);
         }
     };
     let names: Vec<&str> = d["answer"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();

@@ -224,7 +224,7 @@ pub fn run(port: u16, bench: Workbench, ready: impl FnOnce(&str)) -> anyhow::Res
             .await
             .with_context(|| format!("port {port} is not free; choose another with --port, or 0 for any"))?;
         let port = listener.local_addr().context("cannot read the port")?.port();
-        let guard = Arc::new(guard::Guard::new(port).context("no random token")?);
+        let guard = Arc::new(guard::Guard::new().context("no random token")?);
         ready(&format!("http://127.0.0.1:{port}/?token={}", guard.token));
         accept(listener, router(Arc::new(bench), guard), HEAD_WITHIN).await
     })

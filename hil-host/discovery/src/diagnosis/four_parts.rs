@@ -8,9 +8,8 @@
 //! * *Worth*: how much farther the vehicle glides in still water at the pitch that is best by the refitted polar than at the one that is
 //!   best by the file's, both at 0.3 m/s.
 
-use crate::hypotheses::candidate::has_guessed_form;
 use crate::hypotheses::identifiability::Identifiability;
-use crate::inference::evidence::{PRIOR, log_size_prior};
+use crate::inference::evidence::{PRIOR, SPEAK_UP, log_size_prior};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::model::parameters::{N_CALIBRATION, NINETY, STATED, State, law};
@@ -63,12 +62,12 @@ pub struct FourParts {
 }
 
 impl FourParts {
-    /// Of a fit that an answer rests on, which leaves this block error, m/s; `speak_up` are the log odds that naming asks of an effect.
-    pub(super) fn of(problem: &Problem, fit: &Fit, error_m_s: f64, speak_up: impl Fn(bool) -> f64) -> Self {
+    /// Of a fit that an answer rests on, which leaves this block error, m/s.
+    pub(super) fn of(problem: &Problem, fit: &Fit, error_m_s: f64) -> Self {
         let vehicle = problem.vehicle;
         let left: [f64; STATED] = std::array::from_fn(|i| fit.covariance[(i, i)].max(0.0).sqrt());
         let moved = reported_numbers(vehicle, &fit.state, &left, |_| None);
-        Self { moved, hidden: hidden(problem, fit, error_m_s, speak_up), polar: polar(vehicle, fit), worth: worth(vehicle, fit) }
+        Self { moved, hidden: hidden(problem, fit, error_m_s), polar: polar(vehicle, fit), worth: worth(vehicle, fit) }
     }
 
     /// Sets what could hide of effects to what something else than these fits judges them by.
@@ -90,14 +89,14 @@ fn most_first(hidden: &mut [Hidden]) {
     hidden.sort_by(|a, b| (b.least / b.typical).total_cmp(&(a.least / a.typical)).then(a.effect.cmp(b.effect)));
 }
 
-fn hidden(problem: &Problem, fit: &Fit, error_m_s: f64, speak_up: impl Fn(bool) -> f64) -> Vec<Hidden> {
+fn hidden(problem: &Problem, fit: &Fit, error_m_s: f64) -> Vec<Hidden> {
     let Some(shown) = Identifiability::of(problem, fit, error_m_s) else { return Vec::new() };
     let mut out = Vec::new();
     for (name, information) in shown.each() {
         let named = fit.state.effects.iter().any(|a| a.effect.name == name);
         let Some(effect) = catalogue::by_name(name).filter(|e| !named && e.onset.is_none()) else { continue };
         let (p, sigma) = (&effect.parameters[0], 1.0 / information.sqrt());
-        let asked = speak_up(has_guessed_form(name)) + (PRIOR.0 / PRIOR.1).ln();
+        let asked = SPEAK_UP + (PRIOR.0 / PRIOR.1).ln();
         let mut least = 3.0 * sigma;
         for _ in 0..5 {
             let log_prior = log_size_prior(problem, effect, p.off + least, sigma) + sigma.ln() + 0.5 * (2.0 * PI).ln();

@@ -27,13 +27,11 @@ use crate::diagnosis::verdict::{Errors, Evidence, MOST_DISCREPANCY_M_S, PRACTICA
 pub use crate::diagnosis::verdict::{Reason, Verdict};
 use crate::history::file::History;
 use crate::history::flight::{Said, by_history, judged};
-use crate::hypotheses::candidate::{Candidate, has_guessed_form, size_at_end};
+use crate::hypotheses::candidate::{Candidate, size_at_end};
 use crate::hypotheses::search::{Depth, SearchResult};
-use crate::inference::evidence::{NEARLY, TIED};
+use crate::inference::evidence::{NEARLY, SPEAK_UP, TIED};
 use crate::inference::gauss_newton::{Effort, fit_from};
-use crate::inference::initial_guess::is_uncalibrated;
 use crate::inference::posterior::Fit;
-use crate::inference::unknowns::is_free;
 use crate::likelihood::block_error::Predictor;
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::{Column, Problem};
@@ -45,12 +43,6 @@ use logs::record::flight::Flight;
 use logs::vehicle::Vehicle;
 use std::sync::Arc;
 
-/// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
-/// goes unnamed shows in a longer flight.
-const SPEAK_UP: f64 = std::f64::consts::LN_10;
-/// The same where its form is guessed, 55 to one: a law of nature that is not quite ours looks like it. Between the two one such name in
-/// three was right on flights that others simulated, and two of three false alarms were there.
-const SPEAK_UP_GUESSED: f64 = 4.0;
 /// Innovations beyond this are outliers, sigma.
 pub(crate) const OUTLIER: f64 = 5.0;
 
@@ -267,12 +259,7 @@ pub(crate) fn worth_naming(candidates: &[Candidate]) -> Option<&Candidate> {
 }
 
 fn is_worth_naming(c: &Candidate) -> bool {
-    c.log_odds > speak_up(c.effects.iter().any(|e| has_guessed_form(e)))
-}
-
-/// Log odds from which a hypothesis is named.
-fn speak_up(guessed_form: bool) -> f64 {
-    if is_on("guessed_form") && guessed_form { SPEAK_UP_GUESSED } else { SPEAK_UP }
+    c.log_odds > SPEAK_UP
 }
 
 /// The named set that is spoken of: the best where it is worth naming. Where the model has a discrepancy of its own, the likeliest set
@@ -289,7 +276,7 @@ fn spoken_of<'a>(predictor: &Predictor<'a, '_>, found: &'a SearchResult, blocks:
         let [with, without] = errors_of_all(predictor, [with, without], blocks);
         1.0 - with / without
     };
-    let ordinary = |fit: &Fit| !is_on("ordinary_only") || is_ordinary(problem.vehicle, &fit.state);
+    let ordinary = |fit: &Fit| !is_on("ordinary_only") || is_ordinary(&fit.state);
     let null_is_sound = ordinary(&found.null);
     let worth: Vec<&'a Candidate> = found.candidates.iter().filter(|c| is_worth_naming(c)).collect();
     let pays = |c: &'a Candidate| {
@@ -398,7 +385,7 @@ fn conclude(
     let predictor = Predictor::new(problem, prepared);
     let (named, too_small) = spoken_of(&predictor, found, blocks);
     let best = named.map_or(null, |c| &c.fit);
-    let unknowns = unknowns(problem, found, named, SPEAK_UP);
+    let unknowns = unknowns(problem, found, named);
     let equivalent = named.map_or_else(Vec::new, |first| equivalent_to(first, candidates));
     let errors = errors(&predictor, [best, null], blocks);
     let evidence = Evidence {
@@ -425,7 +412,7 @@ fn conclude(
     let ranking = rank(problem, prepared, found, &after, &whole);
     let sigma = |i: usize| best.covariance[(i, i)].max(0.0).sqrt();
     let of = usize::from(answer.is_empty());
-    let parts = FourParts::of(problem, [best, null][of], errors.fitted_m_s[of].max(errors.check_m_s[of]), speak_up);
+    let parts = FourParts::of(problem, [best, null][of], errors.fitted_m_s[of].max(errors.check_m_s[of]));
     Diagnosis {
         verdict,
         reasons,
@@ -464,10 +451,8 @@ fn conclude(
 const ORDINARY_TOLERANCES: f64 = 3.0;
 
 /// Whether a state moves no calibration number by more than vehicles scatter.
-fn is_ordinary(vehicle: &Vehicle, state: &State) -> bool {
-    let uncalibrated = is_uncalibrated(vehicle);
-    let counts = |k: usize| is_law(k) && !is_free(uncalibrated, k);
-    state.calibration.iter().enumerate().all(|(k, z)| !counts(k) || z.abs() <= ORDINARY_TOLERANCES)
+fn is_ordinary(state: &State) -> bool {
+    state.calibration.iter().enumerate().all(|(k, z)| !is_law(k) || z.abs() <= ORDINARY_TOLERANCES)
 }
 
 /// The effect of a fit whose size is pressed against the end of what is possible by more than chance.

@@ -5,7 +5,7 @@
 //! the next search ranks under these.
 
 use crate::diagnosis::{FEWEST_COMPARED, OUTLIER, worth_naming};
-use crate::hypotheses::search::{Depth, SearchResult, search, weigh_again};
+use crate::hypotheses::search::{Depth, SearchResult, search};
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
@@ -19,14 +19,6 @@ const MOST_SEARCHES: usize = 3;
 /// Steps of a fit to other rows.
 const REFIT_STEPS: usize = 4;
 
-/// What a re-estimation has changed.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Changed {
-    Nothing,
-    Noise,
-    Rows,
-}
-
 /// Searches until the leader is stable.
 pub(crate) fn search_until_stable(problem: &mut Problem, depth: Depth, tick: &dyn Fn(&str, f64)) -> SearchResult {
     // Each search has its share of the progress, half of what the last one left: it never runs backward.
@@ -36,17 +28,12 @@ pub(crate) fn search_until_stable(problem: &mut Problem, depth: Depth, tick: &dy
     problem.prepare_discrepancy(&found.null.state);
     for _ in 0..MOST_SEARCHES {
         let best = best_of(&found).clone();
-        let changed = estimate_anew(problem, &best);
-        if changed == Changed::Nothing {
+        if !estimate_anew(problem, &best) {
             break;
         }
         (from, to) = (to, 0.5 * (1.0 + to));
         let led = found.leading();
-        found = if changed == Changed::Rows {
-            search(problem, Some(&found), depth, &within(from, to))
-        } else {
-            weigh_again(problem, found, depth, &within(from, to))
-        };
+        found = search(problem, Some(&found), depth, &within(from, to));
         if found.leading() == led {
             break;
         }
@@ -59,25 +46,18 @@ pub(crate) fn best_of(found: &SearchResult) -> &Fit {
     worth_naming(&found.candidates).map_or(&found.null, |c| &c.fit)
 }
 
-/// Estimates mask, noise and discrepancy given a fit.
-pub(crate) fn estimate_anew(problem: &mut Problem, best: &Fit) -> Changed {
+/// Estimates mask, noise and discrepancy given a fit; whether any of them has changed.
+pub(crate) fn estimate_anew(problem: &mut Problem, best: &Fit) -> bool {
     let before = problem.discrepancy.sizes_m_s;
-    let mut changed = Changed::Nothing;
-    if problem.scale_moment_noise(&best.state) {
-        changed = Changed::Rows;
-    }
-    if mask_anew(problem, best) {
-        changed = Changed::Rows;
-    }
+    let mut changed = problem.scale_moment_noise(&best.state);
+    changed |= mask_anew(problem, best);
     // The noise of the water is that without a discrepancy, and the discrepancy is estimated given a fit without one.
     problem.set_discrepancy(Sizes::default());
-    if problem.tune_colour(&best.state) {
-        changed = changed.max(Changed::Noise);
-    }
+    changed |= problem.tune_colour(&best.state);
     let fit = fit_from(problem, &best.state, Effort::of(REFIT_STEPS));
     let sizes = problem.discrepancy_sizes_at(&fit);
     problem.set_discrepancy(sizes);
-    if sizes == before { changed } else { Changed::Rows }
+    changed || sizes != before
 }
 
 /// Masks outliers and rows near the stall given a fit; whether that is worth a new search (otherwise all stays as it was).

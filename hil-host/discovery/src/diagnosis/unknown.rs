@@ -8,6 +8,7 @@ use crate::criticism::residual_tests::{Family, families};
 use crate::diagnosis::verdict::Unknown;
 use crate::hypotheses::candidate::Candidate;
 use crate::hypotheses::search::{SearchResult, prior_of};
+use crate::inference::evidence::SPEAK_UP;
 use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use logs::vehicle::catalogue;
@@ -25,8 +26,8 @@ pub(crate) struct Unknowns {
     pub remainder: Vec<Family>,
 }
 
-/// Asks for effects outside the catalogue. One leads that is ahead of the best name, or of nothing missing, by `speak_up`.
-pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&Candidate>, speak_up: f64) -> Unknowns {
+/// Asks for effects outside the catalogue. One leads that is ahead of the best name, or of nothing missing, by what naming asks.
+pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&Candidate>) -> Unknowns {
     let best = named.map_or(0.0, |c| c.log_odds);
     let one_more = |effects: usize| (prior_of(effects + 1) / prior_of(effects)).ln();
     let of = |c: &Candidate| c.log_odds + one_more(c.effects.len());
@@ -37,7 +38,7 @@ pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&C
         fits.extend(single.map(|c| (&c.fit, of(c))));
     }
     fits.iter_mut().for_each(|(_, odds)| *odds += (UNKNOWN * catalogue::all().count() as f64 / VARIABLES_ASKED).ln());
-    let asked = families(problem, &fits.iter().map(|(fit, odds)| (*fit, best + speak_up - odds)).collect::<Vec<_>>());
+    let asked = families(problem, &fits.iter().map(|(fit, odds)| (*fit, best + SPEAK_UP - odds)).collect::<Vec<_>>());
     let ahead = |(odds, family): (f64, &Family)| odds + family.log_bayes - best;
     let larger = |a: &(f64, &Family), b: &(f64, &Family)| ahead(*a).total_cmp(&ahead(*b));
     let best_of = |at: usize, wanted: &dyn Fn(&Family) -> bool| {
@@ -48,7 +49,7 @@ pub(crate) fn unknowns(problem: &Problem, found: &SearchResult, named: Option<&C
     // inputs is a cause, and may stand in the place of a name.
     let added = best_of(0, &|_| true);
     let cause = (1..fits.len()).filter_map(|at| best_of(at, &|f| f.scale_m_s.is_none())).max_by(larger);
-    let leader = added.into_iter().chain(cause).max_by(larger).filter(|l| ahead(*l) > speak_up);
+    let leader = added.into_iter().chain(cause).max_by(larger).filter(|l| ahead(*l) > SPEAK_UP);
     let mut remainder: Vec<Family> = leader.map(|(_, f)| f.clone()).into_iter().collect();
     for f in &asked[0] {
         if !remainder.iter().any(|r| (r.variable, r.period_s) == (f.variable, f.period_s)) {

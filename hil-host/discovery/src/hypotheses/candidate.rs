@@ -15,8 +15,7 @@ use crate::likelihood::Problem;
 use crate::likelihood::jacobian::Jacobian;
 use crate::model::internal_wave::{Kind, PARTS, Wave, ordinary_amplitude_m_s, stretched};
 use crate::model::parameters::{State, calibration_of, is_law, tolerance_of};
-use hydro::effects::{Active, Effect, InFlow, Onset, Parameter, SeenIn, WAVE};
-use logs::vehicle::catalogue;
+use hydro::effects::{Active, Effect, Onset, Parameter, SeenIn, WAVE};
 use std::sync::Arc;
 
 /// A hypothesis that was fitted.
@@ -64,12 +63,6 @@ const AT_REST: f64 = 2.0;
 const MOST_ROUNDS: usize = 4;
 /// Mean square of the innovations up to which a hypothesis leaves hardly more than noise.
 pub(crate) const TELLS_ALL: f64 = 1.3;
-
-/// Whether an effect is a law of its own, whose form is a guess: one that acts in the flow, or that has a shape as well as a size. The
-/// others are one wrong number: of a sensor, a volume, a mass, a coefficient of the nominal law.
-pub(crate) fn has_guessed_form(effect: &str) -> bool {
-    catalogue::by_name(effect).is_none_or(|e| e.in_flow() != InFlow::NOTHING || e.parameters.len() > 1)
-}
 
 /// Whether a size is at the end of what is possible.
 pub(crate) fn size_at_end(a: &Active) -> bool {

@@ -129,39 +129,6 @@ pub fn search(problem: &Problem, before: Option<&SearchResult>, depth: Depth, ti
     SearchResult { null: s.screen.null, candidates, likeness, used_up }
 }
 
-/// An earlier search weighed anew, where little has changed since (the size of the water motion): hypotheses that may win are fitted
-/// again from where they were, the others stay as far behind as they were.
-#[must_use]
-pub fn weigh_again(problem: &Problem, before: SearchResult, depth: Depth, tick: &dyn Fn(&str, f64)) -> SearchResult {
-    tick("weighing again", 0.9);
-    let no_waves = Waves::new();
-    let screen = Screen::new(problem, &before.null.state, &no_waves);
-    let ends = problem.work() + problem.most_work();
-    let mut s = Search { screen, before: None, tick, nodes: Vec::new(), ends };
-    let top = before.candidates.first().map_or(0.0, |c| c.log_odds);
-    let is_single = |c: &Candidate| c.effects.len() == 1;
-    let best_single = before.candidates.iter().position(is_single);
-    let mut others = Vec::new();
-    for (k, c) in before.candidates.into_iter().enumerate() {
-        if c.log_odds.is_finite() && (c.log_odds > top - MAY_WIN || Some(k) == best_single) && !s.is_used_up() {
-            let f = s.screen.fit(&s.screen.jacobian, &c.fit.state, 4);
-            s.take(f, None, c.correction);
-        } else {
-            others.push(c);
-        }
-    }
-    s.relax(if depth == Depth::Singles { 1 } else { 2 });
-    // Odds grow and shrink with the size of the water motion: those that were not fitted again change as the best did.
-    let moved = s.top() - top.max(0.0);
-    let grown = if top > 1.0 { (s.top() / top).max(0.0) } else { 1.0 };
-    others.retain(|c| s.position(&c.effects).is_none());
-    others.iter_mut().filter(|c| c.log_odds > 0.0).for_each(|c| c.log_odds = (c.log_odds * grown).min(c.log_odds + moved));
-    let used_up = s.is_used_up();
-    s.nodes.append(&mut others);
-    s.sort();
-    SearchResult { null: s.screen.null, candidates: s.nodes, likeness: before.likeness, used_up }
-}
-
 /// Prior probability of one given set of effects.
 pub(crate) fn prior_of(effects: usize) -> f64 {
     let n = catalogue::all().count() as f64;

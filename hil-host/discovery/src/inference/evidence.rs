@@ -10,6 +10,10 @@ use std::f64::consts::PI;
 /// two lead the better of them by little, flights that others simulated show one (ten to two).
 pub const PRIOR: (f64, f64, f64) = (0.27, 0.65, 0.08);
 
+/// Log odds from which a hypothesis is named: ten to one. A tool that names what is not there is not asked twice; a weak effect that
+/// goes unnamed shows in a longer flight.
+pub(crate) const SPEAK_UP: f64 = std::f64::consts::LN_10;
+
 /// Log odds within which hypotheses are not told apart.
 pub(crate) const TIED: f64 = 4.5;
 

@@ -3,7 +3,7 @@
 //! An effect that the file has switched on already is fitted anew: what is told is all of it, and the new file says that.
 
 use crate::diagnosis::judged::{Blocks, Judged, as_given_m_s};
-use crate::diagnosis::settle::{Changed, estimate_anew, settled};
+use crate::diagnosis::settle::{estimate_anew, settled};
 use crate::diagnosis::{NothingToFit, check_segments, prepared_problem};
 use crate::hypotheses::candidate::fit_named;
 use crate::hypotheses::identifiability::posterior_tolerances;
@@ -80,7 +80,7 @@ pub fn add(flight: &Flight, vehicle: &Vehicle, effects: &[&'static Effect], pare
     problem.prepare_discrepancy(&null.state);
     let mut anew = !own.is_empty();
     for _ in 0..ESTIMATIONS {
-        if estimate_anew(&mut problem, &fit) == Changed::Nothing {
+        if !estimate_anew(&mut problem, &fit) {
             break;
         }
         fit = settled(&problem, &fit.state);

@@ -23,6 +23,7 @@ pub mod plots;
 #[cfg(feature = "figures")]
 mod printed;
 pub mod real_scorecard;
+pub mod timeline_document;
 pub mod timeline_figure;
 pub mod track_map;
 

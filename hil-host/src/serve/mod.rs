@@ -27,6 +27,7 @@ pub mod flights;
 mod found;
 pub mod guard;
 pub mod live;
+mod mission;
 pub mod overlay;
 mod requests;
 
@@ -194,6 +195,7 @@ pub fn router(bench: Arc<Workbench>, guard: Arc<guard::Guard>) -> Router {
         .route("/api/fit", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.fit(&r)).await }))
         .route("/api/save", post(|State(b): Bench, Json(r): Json<flights::Evaluate>| async move { blocking(move || b.save(&r)).await }))
         .route("/api/next", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.next_flight(&r)).await }))
+        .route("/api/timeline", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.timeline(&r)).await }))
         .route("/api/report", post(|State(b): Bench, Json(r): Json<flights::Fit>| async move { blocking(move || b.report(&r)).await }))
         .route("/api/diagnose", post(found::diagnose))
         .route("/api/fly", post(live::fly))

@@ -78,12 +78,15 @@ const Bench = (() => {
   flyIt.title = 'Flies a simulated mission in the world that this flight means: with the old table, then with the new one';
   const report = button('report', 'Report', true);
   const next = button('next', 'Next flight', true);
+  const timeline = button('timeline', 'Timeline', true);
+  timeline.title = 'Dive by dive, over all open flights of this vehicle: what changed, and when';
+  const mission = el('div', { id: 'mission-timeline' });
   const findSay = el('p', { class: 'say', role: 'status', id: 'find-status' });
   const findBar = el('progress', { hidden: true, 'aria-label': 'search for the missing effect' });
   const verdict = el('div', { id: 'verdict' });
   const saveSay = el('p', { class: 'say', role: 'status', id: 'save-status' });
   // What can be done with any flight: beside the effects until there is an answer, then below it.
-  const acts = el('div', { id: 'acts' }, el('div', { class: 'row' }, save, flyIt, next, report), saveSay);
+  const acts = el('div', { id: 'acts' }, el('div', { class: 'row' }, save, flyIt, next, report, timeline), saveSay);
   const fDepth = chart('Depth', 'line', ['time under way', 's'], ['depth', 'm'], 'time', true);
   const fRate = chart('Depth rate in blocks', 'line', ['time under way', 's'], ['depth rate', 'cm/s'], 'time');
   const fRes = chart('Residual (measured minus model) against angle of attack', 'point', ['angle of attack', '°'], ['residual', 'cm/s']);
@@ -95,7 +98,7 @@ const Bench = (() => {
   const beforeAnswer = el('div', {}, acts);
   const work = el('div', { class: 'cols', hidden: true, id: 'work' },
     el('section', {}, el('h2', {}, 'Effects'), el('div', { class: 'row' }, find, fit), findBar, findSay, beforeAnswer, own, ownSay, effects),
-    el('section', {}, verdict, el('h2', {}, 'Model against measurement'), fRate, el('div', { class: 'charts' }, ...fMaps), fRes, fCurve, fDepth, fTrack, el('div', { class: 'row' }, el('label', { for: 'second' }, 'A second flight beside it:'), second)));
+    el('section', {}, verdict, mission, el('h2', {}, 'Model against measurement'), fRate, el('div', { class: 'charts' }, ...fMaps), fRes, fCurve, fDepth, fTrack, el('div', { class: 'row' }, el('label', { for: 'second' }, 'A second flight beside it:'), second)));
   const hil = el('section', { id: 'hil' });
   root.replaceChildren(
     el('a', { class: 'skip', href: '#flight' }, 'Skip to the flight'),
@@ -117,6 +120,7 @@ const Bench = (() => {
     second.value = '';
     Object.assign(state, { flight: f, second: null, ticked: new Map(before.ticked || []), gains: new Map(), history: before.history || [], found: null });
     verdict.replaceChildren();
+    mission.replaceChildren();
     beforeAnswer.append(acts);
     [next, report].forEach((b) => (b.disabled = true));
     [findSay, saveSay].forEach((s) => say(s, ''));
@@ -124,7 +128,7 @@ const Bench = (() => {
     notes.hidden = !(f.notes || []).length;
     notes.replaceChildren(el('summary', {}, `How it was read: ${(f.notes || []).length} note${f.notes.length === 1 ? '' : 's'}`), el('ul', {}, ...(f.notes || []).map((n) => el('li', {}, n))));
     if (![...second.options].some((o) => o.value === String(f.id))) second.append(el('option', { value: f.id }, f.name));
-    [find, fit, save].forEach((b) => (b.disabled = false));
+    [find, fit, save, timeline].forEach((b) => (b.disabled = false));
     [ladder, work].forEach((n) => (n.hidden = false));
     opener.open = false;
     opener.firstChild.textContent = 'Open another flight';
@@ -374,6 +378,17 @@ const Bench = (() => {
     } catch (e) { say(saveSay, e.message, 'bad'); }
   });
   fetched(next, '/api/next', 'application/toml', (r) => `Saved ${r.name}: it puts ${r.tied} apart by an expected chi² of ${fmt(r.expected_chi2)} (${fmt(r.at_one_pitch)} at one pitch). “Fly it” flies it here, glider fly --mission ${r.name} --log DIR there.`);
+  timeline.addEventListener('click', async () => {
+    say(saveSay, 'Following the vehicle from dive to dive …');
+    try {
+      const r = await json('/api/timeline', { flight: state.flight.id });
+      const drawn = r.charts.map((c) => Glider.figure(c, true));
+      mission.replaceChildren(el('h2', { tabindex: '-1' }, `Timeline: ${r.dives} dives of ${r.flights.length} flight${r.flights.length === 1 ? '' : 's'}`), el('p', {}, r.caption), ...r.notes.map((n) => el('p', { class: 'lead' }, n)), ...drawn);
+      drawn.forEach((f) => f.attach());
+      say(saveSay, 'Timeline drawn.', 'good');
+      mission.firstChild.focus();
+    } catch (e) { say(saveSay, e.message, 'bad'); }
+  });
   fetched(report, '/api/report', 'text/html', (r) => `Saved ${r.name}.`);
   save.addEventListener('click', async () => {
     try {

@@ -309,14 +309,9 @@ async fn four_parts(c: &Client, told: &Value) {
     assert!(charts.as_array().is_some_and(|c| c.len() == 4), "{charts}");
 }
 
-/// What hides is drag that differs between dives and climbs: written as an expression it is fitted, and what cannot be read is said.
+/// What hides is drag that differs between dives and climbs: written as an expression it is fitted.
 async fn an_effect_of_ones_own(c: &Client, recalibrated: f64) {
-    let own = c.find(Locator::Css("#own")).await.expect("a field for an expression");
-    own.send_keys("cd += k*nothing(").await.expect("typed");
-    click(c, "#own-add").await;
-    wait_text(c, "#own-status", |t| t.contains('('), 10).await;
-    own.clear().await.expect("cleared");
-    own.send_keys("cd += k*(1+phase)").await.expect("typed");
+    c.find(Locator::Css("#own")).await.expect("a field").send_keys("cd += k*(1+phase)").await.expect("typed");
     click(c, "#own-add").await;
     wait_text(c, "#error-now", |t| t.parse::<f64>().is_ok_and(|now| now < 0.9 * recalibrated), 60).await;
     c.find(Locator::Css("#fx-cd-k-1-phase-")).await.expect("its box").click().await.expect("unticked");
@@ -405,13 +400,14 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         wait_text(&c, "#verdict", |t| t.contains("What next"), 10).await;
         screenshot(&c, "workbench-answer", 1280).await;
         print_pdf(&c, "workbench").await;
-
         // What next: a mission, or why there is none; and the report to keep.
         click(&c, "#next").await;
         wait_text(&c, "#save-status", |t| t.starts_with("Saved next.toml") || t.starts_with("no dives"), 60).await;
         click(&c, "#report").await;
         wait_text(&c, "#save-status", |t| t.starts_with("Saved flight.html"), 60).await;
 
+        click(&c, "#timeline").await;
+        wait_text(&c, "#mission-timeline", |t| t.contains("dives of 1 flight") && t.contains("drag"), 60).await;
         // Loaded again, all is as it was.
         c.refresh().await.expect("the page loads again");
         wait_text(&c, "#status", |t| t.contains("as it was"), 30).await;

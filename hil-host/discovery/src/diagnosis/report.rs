@@ -235,12 +235,13 @@ fn verdict_in_words(d: &Diagnosis) -> String {
     }
 }
 
-/// A name that leads and is too little to be named.
+/// A name that leads and is too little to be named, or several of which none leads by enough.
 fn too_small(d: &Diagnosis) -> String {
-    let why = d.reasons.iter().find(|r| matches!(r, Reason::TooSmall { .. }));
+    let why = d.reasons.iter().find(|r| matches!(r, Reason::TooSmall { .. })).map(Reason::text);
+    let why = why.or_else(|| (d.probability_nothing < 0.1).then(|| "less than the ten to one that a name asks".into()));
     let first = d.candidates.iter().find(|c| !c.effects.is_empty());
     why.zip(first).map_or_else(String::new, |(why, c)| {
-        format!(" Of the known effects {} leads by {:.1} log units: {}.", c.effects.join(" with "), c.log_odds, why.text())
+        format!(" Of the known effects {} leads by {:.1} log units: {why}.", c.effects.join(" with "), c.log_odds)
     })
 }
 

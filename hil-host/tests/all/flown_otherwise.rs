@@ -129,3 +129,33 @@ fn replay_by_command_finds_the_table_that_changed_the_orders() {
     let out = String::from_utf8(child.wait_with_output().expect("ends").stdout).expect("text");
     assert!(out.contains("    300     1200 ") && out.contains("`nothing` is no signal"), "{out}");
 }
+
+/// An image states its version of the line, a commit's sources do, a program of another version answers in its own.
+#[test]
+#[cfg(unix)]
+fn replay_by_a_law_of_another_wire_says_both_versions_at_once() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let bench = Bench::new("wire");
+    let flight = bench.fly("pitch_offset", 0.01, 3);
+    let write = |name: &str, text: &str| {
+        std::fs::create_dir_all(bench.0.join(name).parent().expect("a folder")).expect("made");
+        std::fs::write(bench.0.join(name), text).expect("written");
+    };
+    write("firmware/signals/src/link.rs", "pub const WIRE_VERSION: u8 = 3;\n");
+    for line in ["init -q .", "add firmware", "-c user.name=a -c user.email=a@b commit -q -m law"] {
+        assert!(Command::new("git").args(line.split(' ')).current_dir(&bench.0).status().expect("git").success(), "{line}");
+    }
+    // Version 3, a byte 7 and their CRC-32, as a frame.
+    let crc = signals::link::CRC32.checksum(&[3, 7]).to_le_bytes();
+    assert!(!crc.contains(&0), "a frame without zeros is its length and its bytes");
+    let frame: String = [7, 3, 7].iter().chain(&crc).chain(&[0]).map(|b| format!("\\{b:03o}")).collect();
+    write("other.sh", &format!("#!/bin/sh\nhead -c 1 >/dev/null\nprintf '{frame}'\nexec sleep 20\n"));
+    std::fs::set_permissions(bench.0.join("other.sh"), std::fs::Permissions::from_mode(0o755)).expect("a program");
+    for law in ["HEAD", "./other.sh"] {
+        let asked = std::time::Instant::now();
+        let (code, said) = bench.json(&format!("replay {flight} --law {law}"));
+        let words = said["error"].as_str().unwrap_or_default();
+        assert!(code == 2 && words.contains("wire version 3, this program version"), "{law}: {said}");
+        assert!(asked.elapsed().as_secs() < 3, "{law}");
+    }
+}

@@ -159,3 +159,33 @@ fn replay_by_a_law_of_another_wire_says_both_versions_at_once() {
         assert!(asked.elapsed().as_secs() < 3, "{law}");
     }
 }
+
+/// The sources of this very tree, with a change of the law between two that change nothing: three laws are built.
+#[test]
+#[ignore = "builds three laws: a minute of two cores"]
+fn replay_by_commits_finds_the_one_that_changed_the_orders() {
+    let bench = Bench::new("commits");
+    let flight = bench.fly("drag_level_error", 0.2, 5);
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let sources = bench.0.join("sources");
+    let git = |words: &[&str]| {
+        let name = ["-c", "user.name=a", "-c", "user.email=a@b"];
+        let out = Command::new("git").current_dir(&sources).args(name).args(words).output().expect("git");
+        assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    };
+    std::fs::create_dir_all(&sources).expect("a folder");
+    git(&["clone", "--quiet", "--local", &root.to_string_lossy(), "."]);
+    git(&["tag", "first"]);
+    let control = sources.join("firmware/control/src/lib.rs");
+    let law = std::fs::read_to_string(&control).expect("the law");
+    let changed = law.replace("const ENTRY_S: f32 = 20.0;", "const ENTRY_S: f32 = 28.0;");
+    assert_ne!(law, changed);
+    std::fs::write(&control, changed).expect("written");
+    git(&["commit", "-qam", "control: enter the glide later"]);
+    std::fs::write(sources.join("README.md"), "Another page.\n").expect("written");
+    git(&["commit", "-qam", "docs: another page"]);
+    let line = format!("replay {} --bisect first..HEAD --json", bench.0.join(flight).display());
+    let out = bench.command(&line).current_dir(&sources).output().expect("runs");
+    let said: Value = serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&out.stderr)));
+    assert!(said["found"].as_str().is_some_and(|f| f.contains("enter the glide later")), "{said:#}");
+}

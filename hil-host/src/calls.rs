@@ -83,7 +83,7 @@ pub fn passages(mut calls: Vec<Call>) -> Option<(Passages, f64, usize)> {
                 let passage = call.message.as_ref().zip(waypoint).map(|(message, [lat_deg, lon_deg])| {
                     let ahead = place(position::Fix { lat_deg, lon_deg, ..zero }) - from.place;
                     let glides = message.glides.map(|g| (f64::from(g.time_s), g));
-                    let forward_m: f64 = glides.iter().map(|(s, g)| s * f64::from(g.speed_m_s * g.path_rad.cos())).sum();
+                    let forward_m: f64 = glides.iter().map(|(s, g)| s * f64::from(g.speed_m_s) * f64::from(g.path_rad).cos()).sum();
                     let pitch: f64 = glides.iter().map(|(s, g)| s * f64::from(g.pitch_rad.abs())).sum();
                     let pitch_rad = pitch / glides.iter().map(|g| g.0).sum::<f64>();
                     Passage { from, to, through_water: ahead * (forward_m / ahead.norm()), pitch_rad }

@@ -18,6 +18,7 @@
 //! * `serde`, `serde_json`, `toml`: documents
 //! * `anyhow`: errors for a person
 
+pub mod calls;
 pub mod cli;
 pub mod fleet;
 pub mod next_mission;

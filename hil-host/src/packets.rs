@@ -76,11 +76,27 @@ pub fn beyond_file(board: &Vehicle, glider: &Glider) -> Numbers {
     out
 }
 
+/// Refuses constants of a vehicle that is not that of the file: what packets say is a straight line from them.
+fn of_this_vehicle(board: &Vehicle, glider: &Glider) -> anyhow::Result<()> {
+    /// By so much the volume may differ (guess).
+    const MOST: f64 = 0.05;
+    let (on_board, file) = (f64::from(board.volume_m3), glider.hull_m3());
+    anyhow::ensure!(
+        (on_board / file - 1.0).abs() < MOST,
+        "the board's configuration is of a hull of {:.1} kg and {:.2} L, the vehicle file has {:.2} L: write the vehicle's numbers under [hull] and upload the configuration first",
+        board.mass_kg,
+        1e3 * on_board,
+        1e3 * file
+    );
+    Ok(())
+}
+
 /// A history as the board has it: counted from its constants, in its sizes.
 ///
 /// # Errors
 /// A history that does not predict itself, or that no vehicle can have.
 pub fn for_board(learnt: &Learnt, glider: &Glider, board: &Vehicle) -> anyhow::Result<evidence::History> {
+    of_this_vehicle(board, glider)?;
     anyhow::ensure!(learnt.predicts_itself(), "the dives of the history are not alike: it judges nothing");
     let sizes = Numbers::from_fn(|i, _| glider.sizes[i] / f64::from(SIZES[i]));
     let mean = (learnt.at + Numbers::from_column_slice(learnt.between.mean.as_slice()) - beyond_file(board, glider)).component_mul(&sizes);
@@ -133,6 +149,9 @@ impl Judge<'_> {
         let Some(drive_m3) = drive_m3.filter(|_| !read.is_empty()) else { return Ok(None) };
         let reference_degc = self.history.map_or(self.vehicle.constants.reference_temperature_degc, |h| h.0.head.reference_degc);
         let glider = Glider::new(self.vehicle, reference_degc, drive_m3);
+        if let Some(board) = &self.board {
+            of_this_vehicle(board, &glider)?;
+        }
         let origin = self.board.map_or_else(Numbers::zeros, |board| beyond_file(&board, &glider));
         let of = |(k, place, packet): (usize, String, Packet)| {
             let mut sent = sent(&packet, &glider);

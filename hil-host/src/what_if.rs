@@ -32,9 +32,9 @@ use track::Sample;
 
 /// Thickness of a layer of the measured profile, Pa.
 const LAYER_PA: f64 = 5e4;
-/// Noise of a way between two fixes, m in each direction, and of a duration by the control cycle, s.
 /// Seed of the samples of the fit.
 const SAMPLED: u64 = 1;
+/// Noise of a way between two fixes, m in each direction, and of a duration by the control cycle, s.
 const FIXES_M: f64 = worlds::GPS_NOISE_M * std::f64::consts::SQRT_2;
 const CYCLE_S: f64 = rig::seats::CYCLE_S;
 /// What a deepest depth is known by, m: the turn of a cycle, and the pressure sensor.

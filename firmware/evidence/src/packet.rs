@@ -1,20 +1,6 @@
 //! The summary of the glides of one surfacing as bytes.
 //!
-//! 109 bytes, little endian. R is the upper triangle by rows, y_i follows its row: 44 numbers of 12 bits, signed, two's complement, in
-//! units of 2^(e_i − 126) / 2047 of their row, e_i the row's exponent. R is in m/s per size of a number ([`crate::SIZES`]), y in m/s:
-//! R'R over the level of the noise is the information, R'y over it what the glides say, counted from the vehicle's constants.
-//!
-//! | byte | what | unit |
-//! |---|---|---|
-//! | 0–3 | identity of the vehicle's constants, their CRC-32 | |
-//! | 4–7, 8–9 | time of the first row on the clock of the message; from there to the last | s; 10 s |
-//! | 10–11, 12–13, 14–15 | rows that count; of these in climbs; rows refused | 1 |
-//! | 16, 17–18 | blocks (255: as many or more); directions in the scatter | 1 |
-//! | 19–22, 23–26 | scatter of the blocks about the best fit; variance of the residuals; f32 | (m/s)² |
-//! | 27–28, 29–30 | mean of \|pitch\|, of \|roll\| | 1e-4 rad |
-//! | 31–32, 33–34 | half the way of the ballast between dive and climb; deepest row | 0.1 cm³; 1000 Pa |
-//! | 35–42 | exponents e of the eight rows | |
-//! | 43–108 | 44 numbers, two in three bytes: low 8 bits of the first; its high 4 and the low 4 of the second; high 8 of the second | |
+//! Bytes and units: "The packet of the glides" in `docs/backseat.md`; the sizes of R are [`crate::SIZES`].
 //!
 //! The message that carries it ([`signals`](../signals/surfacing/index.html)) has a CRC-32 over all.
 

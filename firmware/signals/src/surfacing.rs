@@ -3,22 +3,9 @@
 //! Made for an Iridium SBD, which is paid for by the byte and carries 340 of them (9602 modem): 54 bytes, little endian, or 163 where
 //! the glides say something of the vehicle's numbers.
 //!
-//! | byte | what | unit |
-//! |---|---|---|
-//! | 0 | version of this message: 1, or 2 with a packet | |
-//! | 1 | phase, numbered as in [`Phase`] | |
-//! | 2 | first cause of an abort, numbered as in [`Abort`], + 1; 0: none | |
-//! | 3 | bits 0–1 leak, 2–3 weight (0 unknown, 1 clear or held, 2 alarm or released), 4 fix, 5 comms | |
-//! | 4–7, 8–11 | number and time of the last frame | 1, s |
-//! | 12–13 | dives completed | 1 |
-//! | 14–17 | flags ([`Flags`]) that were up in any cycle since the last message; bit 12: the glides depart from the vehicle's history | |
-//! | 18–21 | table in use, its CRC-32 | |
-//! | 22–23, 24–25, 26–27, 28–29 | deepest; lowest voltage; lowest charge; highest hull pressure | 0.1 m, mV, 1e-4, 2 Pa |
-//! | 30–39, 40–49 | glides down; glides up: time, way in depth, mean pitch, mean estimated path angle, mean estimated speed | s, 0.1 m, 1e-4 rad, 1e-4 rad, mm/s |
-//! | 50–158 | version 2 only: the packet of the glides, laid out in `firmware/evidence/src/packet.rs` | |
-//! | the last 4 | CRC-32 of the bytes before | |
+//! Bytes and units: "The message" in `docs/backseat.md`.
 //!
-//! A value that is not known is all ones. The evidence is the way in depth, which is measured, beside speed × sin(path angle) × time, which
+//! The evidence is the way in depth, which is measured, beside speed × sin(path angle) × time, which
 //! the law's table says: where they differ over a whole surfacing, the vehicle is not that of its table.
 
 use crate::frame::{Abort, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};

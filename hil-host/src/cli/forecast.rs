@@ -2,9 +2,12 @@
 
 use super::calibrate::named_once;
 use super::{Output, Verdict};
+use crate::calls::{self, Call};
 use crate::fleet::archive::{Placed, read_placed};
 use crate::fleet::joined::joined;
+use crate::pages::forecast_map::{in_kilometres, over_ground, round, with_forecast};
 use crate::pages::places::{LatLon, Place, geojson, kml, polygon};
+use crate::pages::{Mark, Page, Provenance, Section, Table};
 use crate::terminal::{say, table, wrapped};
 use anyhow::{Context as _, bail, ensure};
 use discovery::diagnosis::report::number;
@@ -16,6 +19,7 @@ use discovery::forecast::region::{COVERAGE, Misses, inside_polygon};
 use logs::import::position;
 use logs::record::bounded;
 use logs::{Vehicle, vehicle};
+use rig::flight::file_kinds::is_surfacings;
 use rig::flight::{mission_file, vehicles, worlds};
 use rig::whole_file;
 use serde_json::{Value, json};
@@ -30,6 +34,7 @@ use std::path::{Path, PathBuf};
   glider forecast --flight mission_dir --heading 135 --hours 6 --surfacings 2
   glider forecast --flight mission_dir --circle 27.45,-90.61,2000 --json
   glider forecast --flight mission_dir --to 27.62,-90.61 --geojson next.geojson
+  glider forecast --flight call1.log --flight call2.log --flight call3.log
 
 Logs of one mission, with GPS fixes at the surface. Without --mission the next dives are as the last one was; a mission's dives are flown
 with drag and trim as the log has them. An ellipse holds the surfacing with 90 %: its size is learnt from the misses of this mission, and
@@ -37,7 +42,7 @@ the answer says on how many surfacings it rests. Figures: docs/forecast.md; glid
 
 Exit code: 0 done, 2 bad input, such as a log without fixes before and after a dive.")]
 pub struct Args {
-    /// Flight directory, csv or a glider's own file; several of one mission may be named.
+    /// Flight directory, csv or a glider's own file, or the log of a call with a message of a surfacing in it; several of one mission may be named.
     #[arg(long, value_name = "LOG", required = true)]
     flight: Vec<PathBuf>,
     /// Vehicle file, or a built-in one by name; default: the one beside the first flight.
@@ -67,6 +72,9 @@ pub struct Args {
     /// Time until a recovery point, deg.
     #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true)]
     to: Option<String>,
+    /// Write a page with a map and a table.
+    #[arg(long, value_name = "FILE.html")]
+    out: Option<PathBuf>,
     /// Write places and ellipses as GeoJSON.
     #[arg(long, value_name = "FILE.geojson")]
     geojson: Option<PathBuf>,
@@ -98,6 +106,14 @@ impl Area {
             Self::Polygon(corners) => inside_polygon(corners, place),
         }
     }
+
+    /// Its edge, closed.
+    fn edge(&self) -> Vec<(f64, f64)> {
+        match self {
+            Self::Circle(middle, radius_m) => round([*radius_m; 2], 0.0).map(|(e, n)| (middle.re + e, middle.im + n)).collect(),
+            Self::Polygon(corners) => corners.iter().chain(corners.first()).map(|c| (c.re, c.im)).collect(),
+        }
+    }
 }
 
 /// A plan of dives, and where it is from.
@@ -113,25 +129,27 @@ struct Planned {
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let inputs: Vec<&Path> = args.flight.iter().chain(&args.vehicle).chain(&args.polygon).map(PathBuf::as_path).collect();
-    for (out, ending) in [(&args.geojson, &["geojson", "json"][..]), (&args.kml, &["kml"][..])] {
+    for (out, ending) in [(&args.out, &["html"][..]), (&args.geojson, &["geojson", "json"][..]), (&args.kml, &["kml"][..])] {
         out.as_ref().map_or(Ok(()), |out| whole_file::may_write(out, &inputs, ending, output.force))?;
     }
     ensure!(args.hours.is_none_or(|h| (0.1..=240.0).contains(&h)), "--hours: expected 0.1 to 240");
     ensure!(args.heading.is_none_or(|h| h.abs() <= 360.0), "--heading: expected -360 to 360 deg");
-    let (log, vehicle, mut notes) = read(args)?;
+    let Read { log, found, zero_unix_s, mut notes } =
+        if args.flight.iter().any(|f| is_surfacings(f)) { of_calls(args)? } else { read(args)? };
     let given = args.origin.as_deref().map(|o| numbers::<2>("--origin", o)).transpose()?;
-    let (found, origin) = with_origin(passages(&log.flight, &vehicle, &log.origins), given);
+    let (found, origin) = with_origin(found, given);
     let (Some((last, frame)), false) = (found.last, found.all.is_empty()) else {
-        bail!(
-            "{}: no dive with GPS fixes before and after it in one segment, or in segments with places in import.json",
-            args.flight[0].display()
-        );
+        let lack = match log {
+            Some(_) => "no dive with GPS fixes before and after it in one segment, or in segments with places in import.json",
+            None => "no two calls with a dive between them, a waypoint in the first and a message in the second",
+        };
+        bail!("{}: {lack}", args.flight[0].display());
     };
     let (mission, _) = Mission::of(found.latitude_deg, &found.all);
     if found.latitude_deg.is_none() {
         notes.push("the latitude is not known: inertial oscillations of all latitudes are weighed; --origin names it".to_owned());
     }
-    let planned = plan(args, &log, &vehicle, &mission)?;
+    let planned = plan(args, log.as_ref(), &mission)?;
     let ahead = mission.ahead(&last, &planned.dives, planned.plan);
     let places = Places { origin, frame };
     let area = area(args, &places)?;
@@ -140,15 +158,46 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let to = args.to.as_deref().map(|to| numbers::<2>("--to", to)).transpose()?;
     let to = to.map(|[lat, lon]| places.local("--to", (lat, lon))).transpose()?;
     let to = to.map(|to| mission.time_to(&last, to, &planned.dives[0]).map(|t| t.map(|s| s / 3600.0)));
-    let forecast = Forecast { last, ahead, inside, to, planned, notes, zero_unix_s: log.zero_unix_s };
+    let forecast = Forecast { last, ahead, inside, to, planned, notes, zero_unix_s };
     let document = forecast.document(&mission, &places);
     write(args, &forecast, &places)?;
+    if let Some(out) = &args.out {
+        let so_far: Vec<Vector> = found.all[found.same_frame_from..].iter().flat_map(|p| [p.from.place, p.to.place]).collect();
+        forecast.page(&mission, &places, &document, &so_far, area.as_ref())?.write(out)?;
+    }
     output.emit(&document, || forecast.said(&mission, &places, args));
     Ok(Verdict::Ok)
 }
 
-/// The logs as one, the vehicle, and notes.
-fn read(args: &Args) -> anyhow::Result<(Placed, Vehicle, Vec<String>)> {
+/// A mission so far.
+struct Read {
+    /// The logs as one, and the vehicle; none of a mission by its calls.
+    log: Option<(Placed, Vehicle)>,
+    found: Passages,
+    zero_unix_s: Option<f64>,
+    notes: Vec<String>,
+}
+
+/// A mission by the logs of its calls.
+fn of_calls(args: &Args) -> anyhow::Result<Read> {
+    let one = |path: &PathBuf| {
+        bounded::bytes(path, bounded::LOG).map(|b| Call::of(&b)).with_context(|| format!("{}: cannot read", path.display()))
+    };
+    let calls = args.flight.iter().map(one).collect::<anyhow::Result<Vec<_>>>()?;
+    let (found, zero_s, left_out) = calls::passages(calls).with_context(|| {
+        let name = args.flight[0].display();
+        format!("{name}: a message of a surfacing has no position: name the logs of the calls, in which the glider's own lines `Curr Time`, `GPS Location` and `sensor:c_wpt_lat` stand with it, or the flight logs")
+    })?;
+    let mut notes =
+        vec!["messages have no heading: each dive is taken to have been steered for the waypoint that the call before it names".to_owned()];
+    if left_out > 0 {
+        notes.push(format!("dives left out, without a message or a waypoint: {left_out}"));
+    }
+    Ok(Read { log: None, found, zero_unix_s: Some(zero_s), notes })
+}
+
+/// A mission by its flight logs.
+fn read(args: &Args) -> anyhow::Result<Read> {
     let mut logs: Vec<Placed> = Vec::new();
     for path in &args.flight {
         ensure!(path.exists(), "{}: no such flight{}", path.display(), rig::spelling::meant_path(path));
@@ -161,7 +210,8 @@ fn read(args: &Args) -> anyhow::Result<(Placed, Vehicle, Vec<String>)> {
     let file = file.with_context(|| format!("{}: no vehicle file beside it; name one with --vehicle", args.flight[0].display()))?;
     let vehicle = vehicles::read(&file)?;
     let (log, notes) = joined(logs)?;
-    Ok((log, vehicle, notes))
+    let (found, zero_unix_s) = (passages(&log.flight, &vehicle, &log.origins), log.zero_unix_s);
+    Ok(Read { log: Some((log, vehicle)), found, zero_unix_s, notes })
 }
 
 /// Passages with the origin of their last frame, by the log or as it is given.
@@ -215,7 +265,7 @@ fn area(args: &Args, places: &Places) -> anyhow::Result<Option<Area>> {
 }
 
 /// Dives to come: of a mission, or the last one again.
-fn plan(args: &Args, log: &Placed, vehicle: &Vehicle, mission: &Mission) -> anyhow::Result<Planned> {
+fn plan(args: &Args, log: Option<&(Placed, Vehicle)>, mission: &Mission) -> anyhow::Result<Planned> {
     let Some(name) = &args.mission else {
         let dive = mission.again(args.heading.map(f64::to_radians), args.hours.map(|h| h * 3600.0)).context("no passage")?;
         // A heading that is ordered is known; without one the last dive stands in for the next.
@@ -223,6 +273,7 @@ fn plan(args: &Args, log: &Placed, vehicle: &Vehicle, mission: &Mission) -> anyh
         let source = json!({"from": "the last dive", "known": plan == Plan::Known});
         return Ok(Planned { dives: vec![dive; usize::from(args.surfacings)], plan, source });
     };
+    let (log, vehicle) = log.context("--mission: drag and trim are learnt from flight logs; of calls name --heading and --hours")?;
     let asked = mission_file::load(name, worlds::limits)?;
     let glides = Glides::of(&log.flight, vehicle).map_err(anyhow::Error::msg)?;
     let usual_pitch_rad = glides.usual_pitch_rad();
@@ -313,25 +364,51 @@ impl Forecast {
         })
     }
 
-    fn said(&self, mission: &Mission, places: &Places, args: &Args) {
-        self.notes.iter().for_each(|note| say(&wrapped(&format!("Note: {note}"), 6)));
+    /// One row a surfacing.
+    fn table(&self, places: &Places) -> Table {
         let at = |p: Vector| match places.globe(p) {
             Some((lat, lon)) => [format!("{lat:.4}"), format!("{lon:.4}")],
             None => [format!("{:.0}", p.re), format!("{:.0}", p.im)],
         };
         let heads = if places.origin.is_some() { ["lat, °", "lon, °"] } else { ["east, m", "north, m"] };
         let area = self.inside.iter().any(Option::is_some);
-        let heads = ["surfacing", "in, h"].into_iter().chain(heads).chain(["90 % ellipse, m", "axis, °"]);
-        let mut t = table(heads.chain(area.then_some("inside")));
-        for (k, s) in self.ahead.iter().enumerate() {
+        let heads = ["surfacing", "in, h"].into_iter().chain(heads).chain(["90 % ellipse, m", "axis, °"]).chain(area.then_some("inside"));
+        let row = |(k, s): (usize, &Surfacing)| {
             let (long, short, azimuth) = s.region.axes();
             let [a, b] = at(s.region.place);
             let hours = (s.time_s - self.last.time_s) / 3600.0;
             let mut row = vec![(k + 1).to_string(), format!("{hours:.1}"), a, b];
             row.extend([format!("{long:.0} × {short:.0}"), format!("{:.0}", azimuth.to_degrees())]);
             row.extend(self.inside[k].map(|p| format!("{:.1} %", 100.0 * p)));
-            t.add_row(row);
+            row
+        };
+        Table {
+            caption: "Surfacings to come".into(),
+            head: heads.map(str::to_owned).collect(),
+            rows: self.ahead.iter().enumerate().map(row).collect(),
         }
+    }
+
+    /// Map and table; `so_far`: ends of the passages that count from where the last fix does.
+    fn page(&self, mission: &Mission, places: &Places, document: &Value, so_far: &[Vector], area: Option<&Area>) -> anyhow::Result<Page> {
+        let last = (self.last.place.re, self.last.place.im);
+        let so_far: Vec<(f64, f64)> = so_far.iter().map(|p| (p.re, p.im)).chain([last]).collect();
+        let chart = over_ground().plus("way so far", Mark::Line, so_far.iter().copied()).plus("fixes", Mark::Point, so_far);
+        let mut chart = with_forecast(chart, document, last).context("no place")?;
+        chart = area.into_iter().fold(chart, |chart, area| chart.plus("area asked for", Mark::Line, area.edge()));
+        in_kilometres(&mut chart);
+        let mut page = Page { title: "Where it comes up next".into(), provenance: Provenance::of_this_run(), ..Page::default() };
+        page.answer.push(("How far it is to be trusted".into(), self.rests_on(mission)));
+        let lead = "Each ellipse holds its surfacing with 90 %. Straight lines join the fixes.".into();
+        page.sections.push(Section { title: "Map".into(), lead, items: vec![chart.into(), self.table(places).into()] });
+        Ok(page)
+    }
+
+    fn said(&self, mission: &Mission, places: &Places, args: &Args) {
+        self.notes.iter().for_each(|note| say(&wrapped(&format!("Note: {note}"), 6)));
+        let Table { head, rows, .. } = self.table(places);
+        let mut t = table(head.iter().map(String::as_str));
+        t.add_rows(rows);
         say(&format!("{t}"));
         if let (Frame::Segment(segment), None) = (places.frame, places.origin) {
             say(&format!("east, north: from the launch point of segment {segment}"));
@@ -347,7 +424,7 @@ impl Forecast {
             let [hours, least, most] = to.map(|h| h.map_or_else(|| "never".to_owned(), |h| format!("{h:.1} h")));
             say(&format!("until the recovery point: {hours} (90 %: {least} to {most})"));
         }
-        [&args.geojson, &args.kml].into_iter().flatten().for_each(|f| say(&f.display().to_string()));
+        [&args.out, &args.geojson, &args.kml].into_iter().flatten().for_each(|f| say(&f.display().to_string()));
     }
 }
 

@@ -86,6 +86,13 @@ pub(super) fn messages(files: &[PathBuf]) -> anyhow::Result<Vec<(String, Surfaci
     Ok(all)
 }
 
+/// A packet as JSON: each line is a row of R, then y.
+fn packet(p: &evidence::Packet) -> Value {
+    json!({ "vehicle": format!("{:08x}", p.vehicle_id), "start_s": p.start_s, "duration_s": p.duration_s, "rows": p.rows, "climbing": p.climbing,
+        "refused": p.refused, "blocks": p.blocks, "directions": p.directions, "scatter": p.scatter, "variance": p.variance,
+        "pitch_rad": p.pitch_rad, "roll_rad": p.roll_rad, "drive_m3": p.drive_m3, "deepest_pa": p.deepest_pa, "lines": p.lines })
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -98,6 +105,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let said = judges.map_or_else(|| Ok(vec![None; received.messages.len()]), |j| j.judge().judge(&received.messages))?;
     let one = |((place, message), said): (&(String, Surfacing), &Option<Said>)| {
         let mut one = document(place, message);
+        one["packet"] = message.packet.as_ref().and_then(|bytes| evidence::Packet::decode(bytes).ok()).as_ref().map_or(Value::Null, packet);
         one["judged"] = said.as_ref().map_or(Value::Null, Said::document);
         one
     };

@@ -18,6 +18,7 @@ pub mod effect_list;
 pub mod fault_campaign;
 pub mod figure;
 pub mod flight_report;
+pub mod forecast_map;
 pub mod places;
 pub mod plots;
 #[cfg(feature = "figures")]

@@ -107,6 +107,12 @@ const Glider = (() => {
       const middle = (ends[axis][0] + ends[axis][1]) / 2, half = (metre * px[axis]) / 2;
       return (u, min, max) => (axis === 'x' && max - min < 0.999 * (ends.x[1] - ends.x[0]) ? [min, max] : [middle - half, middle + half]);
     };
+    // A way over ground turns back: its points are joined in their own order, not in that of the abscissa.
+    const inOrder = (s) => (u) => {
+      const stroke = new Path2D();
+      s.x.forEach((x, i) => { if (x != null && s.y[i] != null) stroke[i && s.x[i - 1] != null ? 'lineTo' : 'moveTo'](u.valToPos(x, 'x', true), u.valToPos(s.y[i], 'y', true)); });
+      return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 0 };
+    };
     const spanned = () => { let lo = Infinity, hi = -Infinity; chart.series.forEach((s) => s.x.forEach((v) => { if (v != null) { lo = Math.min(lo, v); hi = Math.max(hi, v); } })); return hi - lo; };
     const options = () => { const series = traces(chart), hue = hues(series), [width, height] = size(), dashed = (i) => i && mark(series[i - 1]) === 'dashed'; return ({
       width, height,
@@ -125,7 +131,7 @@ const Glider = (() => {
         ...series.map((s, i) => ({
           label: s.name + (s.lower ? ' from' : mark(s) === 'band' ? ' to' : ''), stroke: colour(hue[i]), value: (u, v) => fmt(v), spanGaps: false,
           width: dotted(s) ? 0 : mark(s) === 'band' ? 0.5 : 1.6, dash: mark(s) === 'dashed' || hue[i] === 6 ? [6, 4] : undefined,
-          paths: dotted(s) ? () => null : mark(s) === 'bar' ? uPlot.paths.bars({ size: [1, Infinity] }) : undefined, fill: mark(s) === 'bar' ? colour(hue[i]) + '55' : undefined,
+          paths: dotted(s) ? () => null : chart.equal ? inOrder(s) : mark(s) === 'bar' ? uPlot.paths.bars({ size: [1, Infinity] }) : undefined, fill: mark(s) === 'bar' ? colour(hue[i]) + '55' : undefined,
           points: dotted(s) ? { show: true, size: 4, fill: colour(hue[i]), width: 0 } : { show: false },
         })),
       ],

@@ -129,3 +129,63 @@ fn replay_by_command_finds_the_table_that_changed_the_orders() {
     let out = String::from_utf8(child.wait_with_output().expect("ends").stdout).expect("text");
     assert!(out.contains("    300     1200 ") && out.contains("`nothing` is no signal"), "{out}");
 }
+
+/// An image states its version of the line, a commit's sources do, a program of another version answers in its own.
+#[test]
+#[cfg(unix)]
+fn replay_by_a_law_of_another_wire_says_both_versions_at_once() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let bench = Bench::new("wire");
+    let flight = bench.fly("pitch_offset", 0.01, 3);
+    let write = |name: &str, text: &str| {
+        std::fs::create_dir_all(bench.0.join(name).parent().expect("a folder")).expect("made");
+        std::fs::write(bench.0.join(name), text).expect("written");
+    };
+    write("firmware/signals/src/link.rs", "pub const WIRE_VERSION: u8 = 3;\n");
+    for line in ["init -q .", "add firmware", "-c user.name=a -c user.email=a@b commit -q -m law"] {
+        assert!(Command::new("git").args(line.split(' ')).current_dir(&bench.0).status().expect("git").success(), "{line}");
+    }
+    // Version 3, a byte 7 and their CRC-32, as a frame.
+    let crc = signals::link::CRC32.checksum(&[3, 7]).to_le_bytes();
+    assert!(!crc.contains(&0), "a frame without zeros is its length and its bytes");
+    let frame: String = [7, 3, 7].iter().chain(&crc).chain(&[0]).map(|b| format!("\\{b:03o}")).collect();
+    write("other.sh", &format!("#!/bin/sh\nhead -c 1 >/dev/null\nprintf '{frame}'\nexec sleep 20\n"));
+    std::fs::set_permissions(bench.0.join("other.sh"), std::fs::Permissions::from_mode(0o755)).expect("a program");
+    for law in ["HEAD", "./other.sh"] {
+        let asked = std::time::Instant::now();
+        let (code, said) = bench.json(&format!("replay {flight} --law {law}"));
+        let words = said["error"].as_str().unwrap_or_default();
+        assert!(code == 2 && words.contains("wire version 3, this program version"), "{law}: {said}");
+        assert!(asked.elapsed().as_secs() < 3, "{law}");
+    }
+}
+
+/// The sources of this very tree, with a change of the law between two that change nothing: three laws are built.
+#[test]
+#[ignore = "builds three laws: a minute of two cores"]
+fn replay_by_commits_finds_the_one_that_changed_the_orders() {
+    let bench = Bench::new("commits");
+    let flight = bench.fly("drag_level_error", 0.2, 5);
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let sources = bench.0.join("sources");
+    let git = |words: &[&str]| {
+        let name = ["-c", "user.name=a", "-c", "user.email=a@b"];
+        let out = Command::new("git").current_dir(&sources).args(name).args(words).output().expect("git");
+        assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    };
+    std::fs::create_dir_all(&sources).expect("a folder");
+    git(&["clone", "--quiet", "--local", &root.to_string_lossy(), "."]);
+    git(&["tag", "first"]);
+    let control = sources.join("firmware/control/src/lib.rs");
+    let law = std::fs::read_to_string(&control).expect("the law");
+    let changed = law.replace("const ENTRY_S: f32 = 20.0;", "const ENTRY_S: f32 = 28.0;");
+    assert_ne!(law, changed);
+    std::fs::write(&control, changed).expect("written");
+    git(&["commit", "-qam", "control: enter the glide later"]);
+    std::fs::write(sources.join("README.md"), "Another page.\n").expect("written");
+    git(&["commit", "-qam", "docs: another page"]);
+    let line = format!("replay {} --bisect first..HEAD --json", bench.0.join(flight).display());
+    let out = bench.command(&line).current_dir(&sources).output().expect("runs");
+    let said: Value = serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&out.stderr)));
+    assert!(said["found"].as_str().is_some_and(|f| f.contains("enter the glide later")), "{said:#}");
+}

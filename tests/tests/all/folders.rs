@@ -26,7 +26,8 @@ const LOGS: [&str; 6] = ["digest", "channels", "record", "vehicle", "import", "e
 const RIG: [&str; 7] = ["whole_file", "spelling", "shards", "seats", "flight", "replay", "campaign"];
 
 /// From figures in a terminal to the command line.
-const HIL_HOST: [&str; 10] = ["terminal", "packets", "next_mission", "fleet", "score", "what_if", "pages", "paper", "serve", "cli"];
+const HIL_HOST: [&str; 11] =
+    ["terminal", "packets", "calls", "next_mission", "fleet", "score", "what_if", "pages", "paper", "serve", "cli"];
 
 /// Folders of the crate that a source names: `crate::folder::…`, alone or in braces, in code that is not a test module's.
 fn folders_used(text: &str) -> BTreeSet<String> {

@@ -67,14 +67,17 @@ impl NorFlash for Part {
     }
 }
 
+type Shared = Arc<Mutex<Helm<Vault<Part>>>>;
+
 /// A board with its log flash, behind a terminal: marks, answers and logs as the image's loop does.
-fn board(sectors: usize) -> (Terminal, Part) {
+fn served(sectors: usize) -> (Terminal, Part, Shared) {
     let part = Part(Arc::new(Mutex::new(vec![0xff; sectors * SECTOR])));
     let mut vault = Vault::new();
     vault.attach(part.clone());
-    let mut helm = Helm::new(Config::default(), Boot::default(), vault);
-    let started = Instant::now();
+    let shared = Arc::new(Mutex::new(Helm::new(Config::default(), Boot::default(), vault)));
+    let (helm, started) = (Arc::clone(&shared), Instant::now());
     let terminal = Terminal::serve(move |bytes, out| {
+        let mut helm = helm.lock().unwrap();
         helm.utc.tick(started.elapsed().as_millis() as u64);
         for byte in bytes {
             let Some(answer) = helm.byte(*byte) else { continue };
@@ -85,7 +88,12 @@ fn board(sectors: usize) -> (Terminal, Part) {
             helm.keep_log();
         }
     });
-    (terminal.unwrap(), part)
+    (terminal.unwrap(), part, shared)
+}
+
+fn board(sectors: usize) -> (Terminal, Part) {
+    let (terminal, part, _) = served(sectors);
+    (terminal, part)
 }
 
 fn scratch(name: &str) -> PathBuf {
@@ -152,6 +160,64 @@ fn hil_objects_are_uploaded_read_back_and_rolled_back_by_the_command() {
     let copy = folder.join("copy.bin").to_string_lossy().into_owned();
     glider(&["upload", &terminal.name, "table-low-ar", &copy, "--read"]);
     assert_eq!(std::fs::read(&copy).unwrap(), polar::generated::LOW_ASPECT_RATIO);
+}
+
+/// Three healthy flights make the history that the command stores; a flight with half as much drag again departs from it, one without
+/// does not, and `diagnose` says the same of their messages.
+#[test]
+fn hil_an_uploaded_history_raises_the_flag_after_a_drag_change() {
+    let folder = scratch("departs");
+    let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
+    let file = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.join(name), bytes).unwrap();
+        path(name)
+    };
+    // The board reckons pressure with this density.
+    let truth = file("truth.toml", b"[sensors]\ndepth_density_kg_m3 = 1025.0\n");
+    let mut calibrate = vec!["calibrate".to_owned(), "--one-deployment".into(), "--out".into(), path("known.json")];
+    for seed in ["1", "2", "3"] {
+        glider(&["fly", "--mission", "sea", "--seed", seed, "--truth", &truth, "--log", &path(seed)]);
+        calibrate.extend(["--flight".into(), path(seed)]);
+    }
+    glider(&calibrate.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut setup = Setup::new(mission_file::built_in("sea").unwrap());
+    let built_in = file("built-in.toml", rig::flight::config_file::write(&setup.config).unwrap().as_bytes());
+    // The board judges by the hull of the vehicle file.
+    let c = logs::vehicle::read(&folder.join("known.json")).unwrap().constants;
+    let hull = control::config::Hull {
+        mass_kg: c.mass_kg as f32,
+        volume_m3: c.hull_volume_m3 as f32,
+        compressibility_per_pa: c.compressibility_per_pa as f32,
+        expansion_per_k: c.thermal_expansion_per_k as f32,
+        reference_degc: c.reference_temperature_degc as f32,
+    };
+    setup.config = Config::new(Settings { hull, ..*setup.config.settings() }).unwrap();
+    let config = file("config.toml", rig::flight::config_file::write(&setup.config).unwrap().as_bytes());
+
+    for (drag, departs) in [(0.0, false), (0.5, true)] {
+        let (terminal, _, helm) = served(64);
+        let history = ["upload", &terminal.name, "history", &path("known.history")];
+        glider(&["upload", &terminal.name, "config", &built_in]);
+        let refused = Command::new(program()).args(history).output().unwrap();
+        let words = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(refused.status.code() == Some(2) && words.contains("70.0 kg") && words.contains("[hull]"), "{words}");
+        glider(&["upload", &terminal.name, "config", &config]);
+        let said = glider(&history);
+        assert_eq!((&said["bytes"], &said["kept_on_flash"]), (&Value::from(192), &Value::Bool(true)), "{said}");
+        let mut scenario = plant::Scenario { seed: 9, ..worlds::for_mission(&setup.mission) };
+        scenario.sensors.depth_density_kg_m3 = Some(1025.0);
+        scenario.effects.push(plant::Effect { kind: plant::EffectKind::DragLevelError, value: drag, aux: None });
+        let mut link = Link::new(Port::open(&terminal.name).unwrap());
+        fly(&mut World::new(scenario).unwrap(), &mut link, &setup, &mut |_| Ok(())).unwrap();
+        let (packet, flags) = helm.lock().unwrap().said_of_glides().expect("enough to judge");
+        let message = signals::Surfacing { phase: Phase::Done, packet: Some(packet), flags, ..signals::Surfacing::default() };
+        let message = file("one.srf", &message.encode());
+        let said = glider(&["diagnose", "--flight", &message, "--history", &path("known.history"), "--config", &config]);
+        assert_eq!(flags.contains(signals::Flags::DEPARTS), departs, "{said}");
+        let named = said["history"]["class"][0]["number"].as_str();
+        assert_eq!(named, departs.then_some("drag_level"), "{said}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

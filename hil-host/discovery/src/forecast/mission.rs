@@ -54,6 +54,19 @@ pub struct Surfacing {
     pub region: Region,
 }
 
+/// A surfacing that was forecast over several known dives, and how far off that was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Later {
+    /// From the fix before the first of the dives, s.
+    pub time_s: f64,
+    /// Distance of the forecast from where the vehicle came up, m.
+    pub miss_m: f64,
+    /// Whether the ellipse held it.
+    pub held: bool,
+    /// Miss of the velocity over ground of the passage before, m.
+    pub persistence_m: f64,
+}
+
 /// Variance of the change of through-water velocity from one passage to the next before any was seen, (m/s)²: a quarter of a glider's speed.
 const CHANGE_M2_S2: f64 = 0.06 * 0.06;
 /// Fewest durations that a scatter is read from.
@@ -102,6 +115,24 @@ impl Mission {
         let mut mission = Self::new(latitude_deg);
         let judged = passages.iter().filter_map(|p| mission.learn(p)).collect();
         (mission, judged)
+    }
+
+    /// From every surfacing but the first the next one that is so much later or more, s, the dives to it known. Passages of one frame.
+    #[must_use]
+    pub fn later(latitude_deg: Option<f64>, passages: &[Passage], after_s: f64) -> Vec<Later> {
+        let (mut mission, mut out) = (Self::new(latitude_deg), Vec::new());
+        for (i, passage) in passages.iter().enumerate() {
+            mission.learn(passage);
+            let next = &passages[i + 1..];
+            let Some(from) = next.first().map(|p| p.from).filter(|_| i > 0) else { continue };
+            let Some(n) = next.iter().position(|p| p.to.time_s - from.time_s >= after_s) else { break };
+            let dives: Vec<Dive> = next[..=n].iter().map(|p| Dive { time_s: p.time_s(), through_water: p.through_water }).collect();
+            let Some(last) = mission.ahead(&from, &dives, Plan::Known).pop() else { continue };
+            let (to, time_s) = (next[n].to.place, next[n].to.time_s - from.time_s);
+            let persistence_m = (from.place + passage.way() / passage.time_s() * time_s - to).norm();
+            out.push(Later { time_s, miss_m: (last.region.place - to).norm(), held: last.region.holds(to), persistence_m });
+        }
+        out
     }
 
     /// Forecasts a passage and learns from it; nothing is judged of the first.

@@ -63,6 +63,8 @@ pub struct Passages {
     pub all: Vec<Passage>,
     /// The last fix of all, and where its place counts from.
     pub last: Option<(Fix, Frame)>,
+    /// The first of the passages whose places count from there too.
+    pub same_frame_from: usize,
     /// Latitude, deg, where it is known.
     pub latitude_deg: Option<f64>,
 }
@@ -184,6 +186,9 @@ pub fn passages(flight: &Flight, vehicle: &Vehicle, origins: &[Origin]) -> Passa
         let sound: Vec<usize> = rows.into_iter().filter(|i| !(flight.pressure_pa[*i] > least + AWASH_PA)).collect();
         let (Some(first), Some(end)) = (sound.first(), sound.last()) else { continue };
         let stay = Stay { rows: [*first, *end], frame: placed(*first).1 };
+        if last.as_ref().is_some_and(|l| l.frame != stay.frame) {
+            out.same_frame_from = out.all.len();
+        }
         if let Some(from) = last.filter(|l| l.frame == stay.frame).map(|l| l.rows[1]) {
             let under_way: Vec<f64> = pitches[from..*first].iter().copied().filter(|p| p.is_finite()).collect();
             let pitch_rad = under_way.iter().sum::<f64>() / under_way.len() as f64;

@@ -1,6 +1,6 @@
 //! How good the forecasts of a mission were, by thirds of it.
 
-use super::mission::Judged;
+use super::mission::{Judged, Later};
 use logs::record::plausible::quantile;
 use serde::Serialize;
 
@@ -18,8 +18,38 @@ pub struct Miss {
 
 impl Miss {
     fn of(judged: &[Judged], miss_m: impl Fn(&Judged) -> f64) -> Self {
-        let scaled: Vec<f64> = judged.iter().map(|j| miss_m(j) * COMPARED_S / j.time_s).collect();
+        Self::scaled(judged.iter().map(|j| (miss_m(j), j.time_s)))
+    }
+
+    fn scaled(misses: impl Iterator<Item = (f64, f64)>) -> Self {
+        let scaled: Vec<f64> = misses.map(|(miss_m, time_s)| miss_m * COMPARED_S / time_s).collect();
         Self { median_m: quantile(&scaled, 0.5), most_m: quantile(&scaled, 0.9) }
+    }
+}
+
+/// Forecasts of the surfacing 5 h ahead or more, over several known dives.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Ahead {
+    /// Surfacings forecast.
+    pub surfacings: usize,
+    /// Inside the ellipse.
+    pub inside: usize,
+    /// The forecast.
+    pub forecast: Miss,
+    /// Velocity over ground of the passage before.
+    pub persistence: Miss,
+}
+
+impl Ahead {
+    /// Of forecasts; none of no forecast.
+    #[must_use]
+    pub fn of(later: &[Later]) -> Option<Self> {
+        (!later.is_empty()).then(|| Self {
+            surfacings: later.len(),
+            inside: later.iter().filter(|l| l.held).count(),
+            forecast: Miss::scaled(later.iter().map(|l| (l.miss_m, l.time_s))),
+            persistence: Miss::scaled(later.iter().map(|l| (l.persistence_m, l.time_s))),
+        })
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::forecast::current::Vector;
 use crate::forecast::mission::{Judged, Mission};
 use crate::forecast::passages::{Fix, Passage, passages};
-use crate::forecast::summary::Summary;
+use crate::forecast::summary::{Ahead, Summary};
 use logs::record::csv;
 use std::f64::consts::TAU;
 
@@ -111,6 +111,20 @@ fn scorecard_forecast_covers_simulated_missions_in_every_third() {
         assert!(s.forecast[0].median_m < 0.9 * s.last_current.median_m.min(s.persistence.median_m), "{s:?}");
         assert!(s.forecast[1].median_m < s.persistence.median_m, "{s:?}");
     }
+}
+
+/// Two known dives ahead, in the same missions: no worse than persistence, and the ellipse holds nearly what it promises for the next one.
+#[test]
+fn scorecard_forecast_two_dives_ahead_in_simulated_missions() {
+    let later = |seed: u64| {
+        let (latitude_deg, passages) = simulated(seed, 61);
+        Mission::later(Some(latitude_deg), &passages, 1.5 * passages[0].time_s())
+    };
+    let a = Ahead::of(&(0..12).flat_map(later).collect::<Vec<_>>()).expect("judged");
+    eprintln!("{a:?}");
+    let share = a.inside as f64 / a.surfacings as f64;
+    assert!(a.surfacings > 600 && share > 0.85, "{share}");
+    assert!(a.forecast.median_m < 0.7 * a.persistence.median_m && a.forecast.most_m < 0.7 * a.persistence.most_m, "{a:?}");
 }
 
 /// The real track (16 dives with fixes on both sides; no latitude is given): 422 and 963 m at 5 h with the plan known, 819 and 1,810 m with

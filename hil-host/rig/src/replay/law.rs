@@ -1,12 +1,15 @@
 //! The law that is asked.
 
+use crate::flight::image_file::ImageFile;
 use crate::seats::in_process::InProcess;
 use crate::seats::program::Program;
 use crate::seats::{Link, Seat, qemu};
 use anyhow::{Context, bail, ensure};
 use object::{Architecture, Object as _};
+use signals::WIRE_VERSION;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// Which law.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +29,11 @@ const BUILT: &str = "target/laws";
 /// The controller as a program, for commits that do not have it yet.
 const EXAMPLE: &str = include_str!("../../../../firmware/helm/examples/law.rs");
 const EXAMPLE_AT: &str = "firmware/helm/examples/law.rs";
+/// Where the sources state the version of the line, and how.
+const VERSION_AT: &str = "firmware/signals/src/link.rs";
+const VERSION: &str = "WIRE_VERSION: u8 = ";
+/// A program on this computer that has not answered for so long does not speak this line.
+const PROGRAM_ANSWERS: Duration = Duration::from_secs(3);
 
 impl Law {
     /// A file, or a commit of the sources in the present folder.
@@ -64,12 +72,31 @@ impl Law {
     /// # Errors
     /// What is missing, and how to get it.
     pub fn open(&self) -> anyhow::Result<Box<dyn Seat>> {
+        if let Some(theirs) = self.wire_version().filter(|theirs| *theirs != WIRE_VERSION) {
+            bail!(
+                "{}: speaks wire version {theirs}, this program version {WIRE_VERSION}: ask it with the glider of its release",
+                self.describe()
+            );
+        }
+        let program = |path: &Path| Ok::<_, anyhow::Error>(Box::new(Link::new(Program::start(path)?).patience(PROGRAM_ANSWERS)));
         Ok(match self {
             Self::Here => Box::new(Link::new(InProcess::default())),
             Self::Image(path) => Box::new(Link::new(qemu::Qemu::start(path, None)?)),
-            Self::Program(path) => Box::new(Link::new(Program::start(path)?)),
-            Self::Commit(hash) => Box::new(Link::new(Program::start(&built(hash)?)?)),
+            Self::Program(path) => program(path)?,
+            Self::Commit(hash) => program(&built(hash)?)?,
         })
+    }
+
+    /// Version of the line as an image's facts or a commit's sources state it; a program says its own when it is asked.
+    fn wire_version(&self) -> Option<u8> {
+        match self {
+            Self::Image(path) => ImageFile::read(path).ok().map(|image| image.facts.wire),
+            Self::Commit(hash) => {
+                let source = git(&["show", &format!("{hash}:{VERSION_AT}")]).ok()?;
+                source.split_once(VERSION)?.1.split_once(';')?.0.parse().ok()
+            }
+            Self::Here | Self::Program(_) => None,
+        }
     }
 }
 

@@ -94,7 +94,7 @@ impl std::fmt::Display for SeatError {
             }
             Self::Version { seat, theirs } => write!(
                 f,
-                "{seat}: the board speaks wire version {theirs}, this program version {WIRE_VERSION}; flash the firmware of the same release (cargo flash)"
+                "{seat}: speaks wire version {theirs}, this program version {WIRE_VERSION}; use glider and firmware of one release (cargo flash)"
             ),
             Self::Refused { asked, why } => write!(f, "the controller refuses {asked}: {}", words(*why)),
             Self::Other { what, given, taken } => write!(

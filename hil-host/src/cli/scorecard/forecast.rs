@@ -6,7 +6,7 @@ use anyhow::ensure;
 use discovery::forecast::mission::Mission;
 use discovery::forecast::passages::passages;
 use discovery::forecast::region::COVERAGE;
-use discovery::forecast::summary::{Miss, Summary};
+use discovery::forecast::summary::{Ahead, COMPARED_S, Miss, Summary};
 use rig::flight::vehicles;
 use serde_json::{Value, json};
 
@@ -24,7 +24,7 @@ use crate::terminal::{say, table, wrapped};
 A flight directory is a mission; so are all other logs of one folder together. Every surfacing is forecast with what was known before its
 dive. Known plan: the dive's own heading, pitch and duration stand in for those that were ordered. Unknown plan: the dive before is flown
 again. Known flight with the last current, and persistence of the last velocity over ground, stand for comparison.
-Misses are scaled to 5 h. Exit code 1: no mission has four surfacings to forecast.")]
+Misses are scaled to 5 h; 5 h ahead: over as many known dives as last so long together. Exit code 1: no mission has four surfacings to forecast.")]
 pub struct ForecastArgs {
     /// Folder of missions, or one mission.
     #[arg(long, value_name = "FOLDER", required = true)]
@@ -52,7 +52,7 @@ pub fn run(args: &ForecastArgs, output: &Output) -> anyhow::Result<Verdict> {
         logs::stop::here();
         let name = format!("{}/{}", logs[0].deployment, if logs.len() == 1 { &logs[0].flight } else { "*" });
         match judged(logs, args.latitude) {
-            Ok((thirds, latitude_deg)) => missions.push(document(&name, &thirds, latitude_deg)),
+            Ok((thirds, ahead, latitude_deg)) => missions.push(document(&name, &thirds, ahead, latitude_deg)),
             Err(why) => left_out.push(json!({"mission": name, "why": format!("{why:#}")})),
         }
     }
@@ -67,23 +67,25 @@ fn same_mission(a: &Item, b: &Item) -> bool {
     a.deployment == b.deployment && a.vehicle == b.vehicle && !is_folder(a) && !is_folder(b)
 }
 
-fn judged(logs: &[Item], latitude_deg: Option<f64>) -> anyhow::Result<([Summary; 4], Option<f64>)> {
+fn judged(logs: &[Item], latitude_deg: Option<f64>) -> anyhow::Result<([Summary; 4], Option<Ahead>, Option<f64>)> {
     let vehicle = vehicles::read(&logs[0].vehicle)?;
     let (log, _) = joined(logs.iter().map(|l| read_placed(&l.files)).collect::<anyhow::Result<_>>()?)?;
     let found = passages(&log.flight, &vehicle, &log.origins);
     let latitude_deg = found.latitude_deg.or(latitude_deg);
     let judged = Mission::of(latitude_deg, &found.all).1;
     let thirds = Summary::thirds(&judged).filter(|_| judged.len() >= FEWEST);
-    Ok((thirds.ok_or_else(|| anyhow::anyhow!("{} surfacings to forecast, {FEWEST} are the fewest", judged.len()))?, latitude_deg))
+    let thirds = thirds.ok_or_else(|| anyhow::anyhow!("{} surfacings to forecast, {FEWEST} are the fewest", judged.len()))?;
+    let ahead = Ahead::of(&Mission::later(latitude_deg, &found.all[found.same_frame_from..], COMPARED_S));
+    Ok((thirds, ahead, latitude_deg))
 }
 
-fn document(name: &str, thirds: &[Summary; 4], latitude_deg: Option<f64>) -> Value {
+fn document(name: &str, thirds: &[Summary; 4], ahead: Option<Ahead>, latitude_deg: Option<f64>) -> Value {
     let stretches: serde_json::Map<String, Value> =
         STRETCHES.iter().zip(thirds).map(|(name, s)| (name.replace(' ', "_"), json!(s))).collect();
     let [all, ..] = thirds;
     // Against persistence in median and 90 %: the larger ratio of the two.
     let ratio = |of: &Miss| (of.median_m / all.persistence.median_m).max(of.most_m / all.persistence.most_m);
-    json!({"mission": name, "latitude_deg": latitude_deg, "stretches": stretches, "worst_to_persistence": all.forecast.each_ref().map(ratio)})
+    json!({"mission": name, "latitude_deg": latitude_deg, "stretches": stretches, "five_hours_ahead": ahead, "worst_to_persistence": all.forecast.each_ref().map(ratio)})
 }
 
 fn print(d: &Value) {
@@ -119,6 +121,17 @@ fn print(d: &Value) {
             ]);
         }
         say(&format!("{t}"));
+        if let Some(n) = m["five_hours_ahead"]["surfacings"].as_u64() {
+            let a = &m["five_hours_ahead"];
+            let [forecast, persistence] = [&a["forecast"], &a["persistence"]].map(miss);
+            say(&wrapped(
+                &format!(
+                    "5 h ahead over several dives, known plan: {forecast} m, by persistence {persistence} m; inside the ellipse {} of {n}",
+                    a["inside"]
+                ),
+                2,
+            ));
+        }
     }
     say(&wrapped("Known plan: the dive's own heading, pitch and duration stand in for the order. Unknown plan: the dive before again.", 2));
     for one in d["left_out"].as_array().into_iter().flatten() {

@@ -1,6 +1,6 @@
 //! The covariance of the filter, whatever the glides say.
 
-use super::{Belief, Piece};
+use super::{Belief, Piece, TOGETHER};
 use signals::Wings;
 
 /// Standard normal numbers from a seed: splitmix64, Box and Muller.
@@ -83,7 +83,7 @@ fn prop_the_covariance_stays_positive_over_a_hundred_thousand_pieces() {
             learned += u32::from(belief.s != before);
             // As every cycle of a glide begins.
             belief.heal();
-            healed += u32::from(belief.s == UNKNOWN && before != UNKNOWN);
+            healed += u32::from(belief.s == TOGETHER.root() && before != TOGETHER.root());
             assert!(sound(&belief), "step {step}: {belief:?}");
         }
         println!("extreme {extreme}: {learned} learned, {healed} healed");

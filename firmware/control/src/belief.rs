@@ -25,24 +25,37 @@
 //! dα    = G (dc + ι dκ − dλ)           G = sc / (1 − sc (2ι − 1)/α)
 //! d ln w = M dα − ½ dλ                 M = cot γ − ½ tan γ − 1/(2α)
 //! ```
+//! Where [`crate::Settings::learns_levels`] asks for it, c is the level of the drag without lift alone, `C_D = c C_D0 + κ (C_D,table − C_D0)`,
+//! so dα = G ((1 − ι) dc + ι dκ − dλ), and a pair counts for more ([`APART`]).
+//!
 //! What it cannot do: near the best glide a wrong lift slope alone hardly shows
 //! in w (10 % of it are 0.1 mm/s); it shows once the pitch is too flat for it,
 //! as a vehicle that sinks faster than expected, and is then corrected towards
 //! a steeper pitch. Internal waves are taken for a wrong table as far as their
-//! change within a piece does not give them away ([`SCATTER_GAIN`]); the numbers
+//! change within a piece does not give them away ([`Prior`]); the numbers
 //! stay within [`BOUND`] whatever happens.
 
 use crate::angle::{atan, inverse_sqrt, sqrt};
 use crate::bound::{Bound, all_finite};
 use polar::Table;
 
-/// Spread (1 σ) of c, κ and λ before any flight: the project plans for tables wrong by 20 %; fits of one vehicle on several
-/// missions differ by 10–20 % in drag, 30 % in drag due to lift, 10 % in lift.
-const SPREAD: [f32; 3] = [0.15, 0.3, 0.1];
-/// Farthest c, κ and λ are ever believed to be from the table.
-const BOUND: [f32; 3] = [0.35, 0.6, 0.3];
-/// Square root of the covariance that belongs to it.
-const UNKNOWN: [[f32; 3]; 3] = [[SPREAD[0], 0.0, 0.0], [0.0, SPREAD[1], 0.0], [0.0, 0.0, SPREAD[2]]];
+/// What is taken for granted of c, κ and λ.
+#[derive(Debug)]
+struct Prior {
+    /// Spread (1 σ) before any flight.
+    spread: [f32; 3],
+    /// Farthest they are ever believed to be from the table.
+    bound: [f32; 3],
+    /// Variance of a piece's mean over the square of the difference of its halves.
+    scatter_gain: f32,
+}
+
+/// Usual: the project plans for tables wrong by 20 %; fits of one vehicle on several missions differ by 10–20 % in drag, 30 % in drag
+/// due to lift, 10 % in lift. A scatter gain of 20 is that of a wave of a quarter of an hour.
+const TOGETHER: Prior = Prior { spread: [0.15, 0.3, 0.1], bound: [0.35, 0.6, 0.3], scatter_gain: 20.0 };
+/// Drag without lift on its own: half of all drag, so twice as far. The scatter gain was chosen by flights in calm water, where pairs
+/// differ by 1 % and 20 would count them as 6 %; in an internal wave it learns from the wave (a share of 0.94 to 0.99 instead of 0.99).
+const APART: Prior = Prior { spread: [0.3, 0.3, 0.1], bound: [0.6, 0.6, 0.3], scatter_gain: 3.0 };
 /// Growth of the spread per measurement, 1: some hours of glide are remembered, so that fouling is followed.
 const FORGET: f32 = 1.005;
 /// Least answer of pitch to α that is divided by: nearer to the pitch below which no steady glide exists the line is no guide.
@@ -55,9 +68,7 @@ const HALF: u8 = 6;
 const WAITING: u8 = 8;
 /// Variance of one measurement of w, relative, in water at rest: 1.5 % (form of the polar, pitch not quite held).
 const NOISE: f32 = 2e-4;
-/// Variance of a piece's mean over the square of the difference of its halves: 20 for a wave of a quarter of an hour.
-const SCATTER_GAIN: f32 = 20.0;
-/// A pair that sinks faster than expected by more than this has let go: no drag level in [`BOUND`] does that.
+/// A pair that sinks faster than expected by more than this has let go: no drag level within the bounds does that.
 const LET_GO: f32 = 0.2;
 /// Halves farther apart than this were no steady glide in water at rest; nothing is learned from them.
 const APART_MAX: f32 = 0.05;
@@ -101,11 +112,11 @@ impl Steady {
         1.0 - self.sin_gamma * self.cos_gamma * (2.0 * self.induced - 1.0) / self.alpha_rad
     }
 
-    /// Change of ln w with c, κ, λ at the pitch flown.
-    fn slope(&self) -> [f32; 3] {
+    /// Change of ln w with c, κ, λ at the pitch flown; `level` is the share of the drag that c scales.
+    fn slope(&self, level: f32) -> [f32; 3] {
         let g = self.sin_gamma * self.cos_gamma / self.answer().at_least(ANSWER_MIN);
         let m = 1.0 / self.tan_gamma - 0.5 * self.tan_gamma - 0.5 / self.alpha_rad;
-        [m * g, m * g * self.induced, -m * g - 0.5]
+        [m * g * level, m * g * self.induced, -m * g - 0.5]
     }
 }
 
@@ -142,6 +153,8 @@ pub(crate) struct Belief {
     scatter: f32,
     /// C_D0 of the table.
     drag0: f32,
+    /// c is the level of the drag without lift alone.
+    apart: bool,
     /// Pieces on the way to the turn, all going the same way; a ring of which `height` up to `top` are in use.
     stack: [Piece; WAITING as usize],
     top: u8,
@@ -155,10 +168,11 @@ impl Default for Belief {
     fn default() -> Self {
         Self {
             x: [0.0; 3],
-            s: UNKNOWN,
+            s: TOGETHER.root(),
             pairs: 0,
             scatter: 0.0,
             drag0: 0.0,
+            apart: false,
             stack: [Piece::default(); WAITING as usize],
             top: 0,
             height: 0,
@@ -173,11 +187,20 @@ fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
+impl Prior {
+    /// Square root of the covariance that belongs to it.
+    const fn root(&self) -> [[f32; 3]; 3] {
+        let [c, k, l] = self.spread;
+        [[c, 0.0, 0.0], [0.0, k, 0.0], [0.0, 0.0, l]]
+    }
+}
+
 impl Belief {
-    /// Nothing learned yet of this table.
+    /// Nothing learned yet of this table; `apart`: c will be the level of the drag without lift alone.
     #[cold]
     #[inline(never)]
-    pub(crate) fn reset(&mut self, table: Option<&Table<'_>>) {
+    pub(crate) fn reset(&mut self, table: Option<&Table<'_>>, apart: bool) {
+        self.apart = apart;
         self.forget();
         self.drag0 = table.map_or(0.0, |t| t.at(0.0).cd);
     }
@@ -189,10 +212,14 @@ impl Belief {
 
     /// Back to the table as it is. The stack stays as it was, with nothing of it in use: clearing it costs more than a cycle has.
     fn forget(&mut self) {
-        (self.x, self.s) = ([0.0; 3], UNKNOWN);
+        (self.x, self.s) = ([0.0; 3], self.prior().root());
         (self.pairs, self.scatter) = (0, 0.0);
         (self.top, self.height) = (0, 0);
         self.interrupt();
+    }
+
+    const fn prior(&self) -> &'static Prior {
+        if self.apart { &APART } else { &TOGETHER }
     }
 
     /// c, κ, λ.
@@ -210,8 +237,13 @@ impl Belief {
         let [c, k, l] = self.x;
         let at = table.at(alpha_rad);
         let induced = (1.0 + k) * (at.cd - self.drag0);
+        let cl = (1.0 + l) * at.cl;
+        if self.apart {
+            let cd = (1.0 + c) * self.drag0 + induced;
+            return Polar { cl, cd, induced: induced / cd };
+        }
         let drag = self.drag0 + induced;
-        Polar { cl: (1.0 + l) * at.cl, cd: (1.0 + c) * drag, induced: induced / drag }
+        Polar { cl, cd: (1.0 + c) * drag, induced: induced / drag }
     }
 
     /// The steady glide at an angle of attack with a ballast volume, m³.
@@ -289,7 +321,7 @@ impl Belief {
     #[cold]
     #[inline(never)]
     fn file(&mut self, now: &Steady, downward: bool, surprise: f32) -> News {
-        let h = now.slope();
+        let h = now.slope(if self.apart { 1.0 - now.induced } else { 1.0 });
         let piece = Piece { h, z: surprise + dot(&h, &self.x) };
         if self.height == 0 || self.downward == downward {
             self.downward = downward;
@@ -314,7 +346,7 @@ impl Belief {
         let h = [0.5 * (a + d), 0.5 * (b + e), 0.5 * (c + f)];
         let surprise = 0.5 * (one.z + other.z) - dot(&h, &self.x);
         let phi = self.across(&h);
-        let noise = (NOISE + SCATTER_GAIN * self.scatter).at_least(NOISE);
+        let noise = (NOISE + self.prior().scatter_gain * self.scatter).at_least(NOISE);
         if !all_finite([surprise, dot(&phi, &phi) + noise]) {
             return News::Piece;
         }
@@ -324,13 +356,14 @@ impl Belief {
         }
         // What no glide tells must not grow without end: forgotten is only what is known better than before any flight.
         let mut grow = [1.0; 3];
-        for ((grow, row), spread) in grow.iter_mut().zip(&self.s).zip(&SPREAD) {
+        for ((grow, row), spread) in grow.iter_mut().zip(&self.s).zip(&self.prior().spread) {
             if dot(row, row) < spread * spread {
                 *grow = FORGET;
             }
         }
         let gain = self.absorb(&phi, noise);
-        for ((x, gain), bound) in self.x.iter_mut().zip(gain).zip(BOUND) {
+        let bounds = self.prior().bound;
+        for ((x, gain), bound) in self.x.iter_mut().zip(gain).zip(bounds) {
             *x = (*x + gain * surprise).at_least(-bound).at_most(bound);
         }
         for (row, grow) in self.s.iter_mut().zip(grow) {

@@ -80,6 +80,10 @@ pub struct Settings {
     /// C_D/C_L of the vehicle over that of the table for which the first pitch is chosen, 1; flight takes it from there. With 1.05
     /// (and `alpha_share` 0.92) a vehicle with 15 % more drag than its table still glides at the first pitch.
     pub table_uncertainty: f32,
+    /// Learn drag without lift and drag due to lift apart, from the second and third dive of a mission flown 8° steeper, and choose the
+    /// pitch without the margin of `alpha_share` after the first (best-glide alone). Off in every built-in vehicle: the two dives fall
+    /// short of the others, and water that moves by 4 mm/s costs most of what is gained.
+    pub learns_levels: bool,
     /// Fin per heading error, rad/rad.
     pub heading_gain: f32,
     /// Turn when the bottom is nearer than this, m.
@@ -124,6 +128,7 @@ impl Settings {
             preset_pitch_rad: 0.4538,
             alpha_share: 0.92,
             table_uncertainty: 1.05,
+            learns_levels: false,
             heading_gain: 0.3,
             min_altitude_m: 3.0,
             release_time_s: 120.0,

@@ -48,6 +48,10 @@ const LESSON_RAD: f32 = 0.087;
 const FIRM_PAIRS: u8 = 2;
 /// Dives of the mission in which a lesson may be.
 const LESSONS: u16 = 3;
+/// Dives of the mission, from 0, that are flown steeper all the way where drag without lift and drag due to lift are learned apart, and
+/// by how much, rad (8°).
+const STEEP_DIVES: core::ops::RangeInclusive<u16> = 1..=2;
+const STEEP_DIVE_RAD: f32 = 0.14;
 /// Steepest and flattest pitch that is ever aimed at, rad.
 pub(crate) const PITCH_RANGE: core::ops::RangeInclusive<f32> = 0.05..=0.75;
 /// C_D/C_L learned over that of the table from which on the vehicle counts as degraded (fouling, kelp, a bent wing), 1.
@@ -112,6 +116,17 @@ pub(crate) fn table_rate_m_s(table: &Table<'_>, pitch_rad: f32, ballast_m3: f32)
     Some(s.speed_m_s() * s.sin_gamma)
 }
 
+/// By how much steeper than the best pitch is flown to learn from it, rad; `now`: at a glide's beginning and in a lesson.
+pub(crate) fn steeper_rad(config: &Config, leg: &Leg, dives: u16, now: bool) -> f32 {
+    if config.learns_levels && leg.goal == Goal::BestGlide && STEEP_DIVES.contains(&dives) {
+        STEEP_DIVE_RAD
+    } else if now {
+        LESSON_RAD
+    } else {
+        0.0
+    }
+}
+
 /// The pitch magnitude for a leg, and what it rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choice {
@@ -168,7 +183,7 @@ impl Choice {
         // Between legs: the last pitch until the search is through. A new table: nothing is known of it.
         let last = if PITCH_RANGE.contains(&self.pitch_rad) && !self.preset { self.pitch_rad } else { 0.0 };
         if self.table_id != id {
-            self.belief.reset(table);
+            self.belief.reset(table, config.learns_levels);
             self.flattest_rad = 0.0;
         }
         (self.leg, self.table_id) = (Some(number), id);
@@ -196,7 +211,7 @@ impl Choice {
 
     /// One cycle of steady glide: looks at one more point.
     #[inline(never)]
-    pub(crate) fn search(&mut self, config: &Config, table: &Table<'_>, leg: &Leg) {
+    pub(crate) fn search(&mut self, config: &Config, table: &Table<'_>, leg: &Leg, dives: u16) {
         if self.fixed || self.preset || self.next >= GRID {
             return;
         }
@@ -209,8 +224,9 @@ impl Choice {
                 let pitch_rad = s.gamma_rad() - s.alpha_rad;
                 if PITCH_RANGE.contains(&pitch_rad) {
                     self.best = value;
-                    // A little on the side away from the stall, where it is near.
-                    let flat = leg.goal == Goal::BestGlide || pitch_rad <= self.steep_rad();
+                    // A little on the side away from the stall, where it is near and the table is all that is known of it.
+                    let known = config.learns_levels && dives >= *STEEP_DIVES.start();
+                    let flat = !known && (leg.goal == Goal::BestGlide || pitch_rad <= self.steep_rad());
                     let margin_rad = if flat { s.alpha_rad * (1.0 - config.alpha_share) } else { 0.0 };
                     self.best_pitch_rad = pitch_rad + margin_rad;
                     self.best_tan_gamma = s.tan_gamma;
@@ -253,9 +269,9 @@ impl Choice {
     }
 
     /// |pitch| to fly, rad.
-    pub(crate) fn pitch_rad(&self, config: &Config, steeper: bool) -> f32 {
+    pub(crate) fn pitch_rad(&self, config: &Config, steeper_rad: f32) -> f32 {
         let pitch = if PITCH_RANGE.contains(&self.pitch_rad) { self.pitch_rad } else { config.preset_pitch_rad };
-        if steeper && !self.fixed { (pitch + LESSON_RAD).at_most(*PITCH_RANGE.end()) } else { pitch }
+        if steeper_rad > 0.0 && !self.fixed { (pitch + steeper_rad).at_most(*PITCH_RANGE.end()) } else { pitch }
     }
 
     /// The pitch is steeper than the table's best glide by enough for the flow to come to the wings by itself.

@@ -368,12 +368,15 @@ fn command(
         && leg.depth_max_m - seen.depth_m < LESSON_M
         && state.choice.wants_lesson(state.voyage.dives);
     // What sinks in spite of pump and weight sinks slowest on its wings: 0.7 N too many at 0.06 m/s, tail first at 0.11 m/s.
-    let (steeper, way) = if verdict.sinks_on { (false, -1.0) } else { (lesson || entry, side) };
+    let lesson_rad = glide::steeper_rad(config, leg, state.voyage.dives, lesson || entry);
+    let (steeper_rad, way) = if verdict.sinks_on { (0.0, -1.0) } else { (lesson_rad, side) };
     state.pitch_wanted_rad = match phase {
         Phase::Surface | Phase::Comms | Phase::Done => 0.0,
         Phase::Safe if !verdict.sinks_on && seen.depth_m > FLOATS_M => STEEPEST_RAD,
         Phase::Safe if !verdict.sinks_on => config.preset_pitch_rad,
-        Phase::Safe | Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => state.choice.pitch_rad(config, steeper) * way,
+        Phase::Safe | Phase::Dive | Phase::InflectLow | Phase::Climb | Phase::InflectHigh => {
+            state.choice.pitch_rad(config, steeper_rad) * way
+        }
     };
     let pitch = if verdict.distrust_pitch { None } else { seen.pitch_rad };
     let steady = matches!(phase, Phase::Dive | Phase::Climb) && pumped && state.steady_s > 15.0;
@@ -411,7 +414,7 @@ fn learn(config: &Config, table: &Table<'_>, state: &mut State, seen: &Seen, pit
     let way = seen.depth_age_s <= 0.0 && seen.dt_s > 0.0 && seen.rate_m_s * state.ballast_m3 < 0.0;
     match now {
         Some(now) if steady && held && way => match choice.belief.take(&now, seen.rate_m_s) {
-            News::None => choice.search(config, table, leg),
+            News::None => choice.search(config, table, leg, state.voyage.dives),
             News::Piece if !near => choice.settle(config, table, leg),
             News::Piece => {}
             News::LetGo => choice.retreat(),

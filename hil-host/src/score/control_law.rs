@@ -73,6 +73,8 @@ pub enum Disturbance {
     TableLift(f64),
     /// Table with drag times this.
     TableDrag(f64),
+    /// Drag without lift higher by this share, unknown to the built-in table.
+    DragLevel(f64),
     /// A hidden effect of medium size.
     Hidden(EffectKind),
 }
@@ -108,6 +110,7 @@ impl Disturbance {
             Self::NoisySensors => "noisy sensors".into(),
             Self::TableLift(f) => format!("table lift x{f}"),
             Self::TableDrag(f) => format!("table drag x{f}"),
+            Self::DragLevel(f) => format!("drag without lift {:+.0} %", 100.0 * f),
             Self::Hidden(k) => k.name().into(),
         }
     }
@@ -223,6 +226,7 @@ impl Band {
                 s.ocean.background_rms_m_s = 0.003;
             }
             Disturbance::NoisySensors => s.sensors = s.sensors.worse(3.0),
+            Disturbance::DragLevel(value) => s.effects.push(Effect { kind: EffectKind::DragLevelError, value, aux: None }),
             Disturbance::Hidden(kind) => s.effects.push(Effect { kind, value: kind.typical(), aux: None }),
             _ => {}
         }
@@ -311,7 +315,7 @@ pub fn fly_mission(case: Case, config: &Config, mission: &Mission) -> anyhow::Re
     let nominal = World::new(Scenario { effects: Vec::new(), ..scenario.clone() }).map_err(|e| anyhow!(e)).context("nominal world")?;
     let mut world = World::new(scenario).map_err(|e| anyhow!(e)).context("world")?;
     let bytes = match case.disturbance {
-        Disturbance::BuiltInTable => None,
+        Disturbance::BuiltInTable | Disturbance::DragLevel(_) => None,
         Disturbance::TableLift(f) => Some(table_of(&nominal, case.wings, f, 1.0)?),
         Disturbance::TableDrag(f) => Some(table_of(&nominal, case.wings, 1.0, f)?),
         _ => Some(table_of(&nominal, case.wings, 1.0, 1.0)?),

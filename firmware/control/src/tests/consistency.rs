@@ -1,6 +1,6 @@
 //! The covariance of the filter, whatever the glides say.
 
-use super::{BOUND, Belief, Piece, UNKNOWN};
+use super::{Belief, Piece, TOGETHER};
 use signals::Wings;
 
 /// Standard normal numbers from a seed: splitmix64, Box and Muller.
@@ -49,7 +49,7 @@ fn sound(belief: &Belief) -> bool {
     let symmetric = (0..3).all(|i| (0..3).all(|j| p[i][j].to_bits() == p[j][i].to_bits()));
     // det S ≠ 0 and finite: P = S Sᵀ is positive.
     let positive = nees(&belief.s, [1.0, 1.0, 1.0]);
-    let bounded = belief.x.iter().zip(BOUND).all(|(x, b)| x.abs() <= b);
+    let bounded = belief.x.iter().zip(belief.prior().bound).all(|(x, b)| x.abs() <= b);
     symmetric && positive.is_finite() && positive > 0.0 && bounded
 }
 
@@ -83,7 +83,7 @@ fn prop_the_covariance_stays_positive_over_a_hundred_thousand_pieces() {
             learned += u32::from(belief.s != before);
             // As every cycle of a glide begins.
             belief.heal();
-            healed += u32::from(belief.s == UNKNOWN && before != UNKNOWN);
+            healed += u32::from(belief.s == TOGETHER.root() && before != TOGETHER.root());
             assert!(sound(&belief), "step {step}: {belief:?}");
         }
         println!("extreme {extreme}: {learned} learned, {healed} healed");

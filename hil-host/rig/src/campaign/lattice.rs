@@ -280,7 +280,7 @@ pub fn broken(healthy: &Case, span_s: f64) -> impl Iterator<Item = Case> + '_ {
 #[must_use]
 pub fn spread(cases: Vec<Case>, wanted: usize) -> Vec<Case> {
     let all = cases.len();
-    if wanted >= all || wanted == 0 {
+    if wanted >= all {
         return cases;
     }
     cases.into_iter().enumerate().filter(|(i, _)| i * wanted / all != (i + 1) * wanted / all).map(|(_, c)| c).collect()
@@ -304,6 +304,7 @@ mod tests {
         let faults = catalogue().map(|e| 1 + usize::from(injected(e.0, e.1).is_some_and(|f| f.mirrored().is_some()))).sum::<usize>();
         assert!(faults > one_way + 40, "{faults}");
         assert!(cases.len() > 10_000, "{}", cases.len());
+        assert!(spread(cases.clone(), 0).is_empty(), "a sample may be of random missions alone");
         let singles = cases.iter().filter(|c| c.faults.len() == 1 && !matches!(c.water, Water::Alone | Water::Late)).count();
         assert_eq!(cases.iter().filter(|c| c.water == Water::Alone).count(), (14 + 10) * 2 * 2 + 2);
         assert_eq!(singles, faults * PHASES.len() * 3 * 2 + hangs().len() * 2 * 2 + heavy_at_depth().len() * 2);

@@ -54,7 +54,7 @@ struct Prior {
 /// due to lift, 10 % in lift. A scatter gain of 20 is that of a wave of a quarter of an hour.
 const TOGETHER: Prior = Prior { spread: [0.15, 0.3, 0.1], bound: [0.35, 0.6, 0.3], scatter_gain: 20.0 };
 /// Drag without lift on its own: half of all drag, so twice as far. The scatter gain was chosen by flights in calm water, where pairs
-/// differ by 1 % and 20 would count them as 6 %; in an internal wave it learns from the wave (a share of 0.94 to 0.99 instead of 0.99).
+/// differ by 1 % and 20 would count them as 6 %; in moving water it learns from the water too.
 const APART: Prior = Prior { spread: [0.3, 0.3, 0.1], bound: [0.6, 0.6, 0.3], scatter_gain: 3.0 };
 /// Growth of the spread per measurement, 1: some hours of glide are remembered, so that fouling is followed.
 const FORGET: f32 = 1.005;

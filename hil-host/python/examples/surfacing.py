@@ -1,4 +1,4 @@
-"""Reads messages of surfacings, version 1 and 2, written from docs/backseat.md alone: a start for a reader of your own.
+"""Reads messages of surfacings, version 1 and 2, by docs/backseat.md: a start for a reader of your own.
 
   python surfacing.py 6956a0c4.srf          one line of JSON a message
 """

@@ -407,7 +407,7 @@ fn a_person_finds_the_missing_effect_on_the_page_and_flies_it() {
         wait_text(&c, "#save-status", |t| t.starts_with("Saved flight.html"), 60).await;
 
         click(&c, "#timeline").await;
-        wait_text(&c, "#mission-timeline", |t| t.contains("dives of 1 flight") && t.contains("drag"), 60).await;
+        wait_text(&c, "#save-status", |t| t.contains("14 steady rows"), 60).await; // dives of a quarter of an hour
         // Loaded again, all is as it was.
         c.refresh().await.expect("the page loads again");
         wait_text(&c, "#status", |t| t.contains("as it was"), 30).await;

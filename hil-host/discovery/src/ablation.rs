@@ -10,6 +10,7 @@ pub const SWITCHES: &[(&str, &str)] = &[
     ("depth_noise", "noise of depth that the vehicle file does not state is estimated"),
     ("discrepancy", "a model discrepancy is marginalised in every hypothesis"),
     ("unknown", "effects that nobody has named compete as hypotheses"),
+    ("free_numbers", "trim, drag and lift of a file that nobody has calibrated have neither limit nor edge"),
     ("rare_scatter", "a calibration number beyond two tolerances costs more than by its normal prior"),
     ("ordinary_only", "a set is named only where its recalibration stays within three tolerances"),
     ("practical", "where the model has a discrepancy, an effect has to lower the error by a share"),

@@ -33,6 +33,7 @@
 //!
 //! * `nalgebra`: linear algebra of the fits
 //! * `wide`: four simulations side by side
+//! * `rayon`: runs of a flight on all cores
 //! * `libm`: functions that give the same bits on every computer
 //! * `serde`, `serde_json`: answers as documents
 

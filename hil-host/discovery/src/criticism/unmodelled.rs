@@ -155,7 +155,7 @@ impl<'a> Step<'a> {
     /// The share of the step that gains most as it flies, and by how much chi² falls then (never below 0).
     fn flown(&self, problem: &Problem, linearisation: &Linearisation) -> (f64, f64) {
         // With the form a calibration number pays for being beyond its scatter as it does with a named effect.
-        let prior = |state: &State| linearisation.fit.cost_of(state) + scatter_cost(state);
+        let prior = |state: &State| linearisation.fit.cost_of(state) + scatter_cost(problem, state);
         let before = linearisation.fit.cost_of(&linearisation.fit.state) + linearisation.residual.dot(linearisation.residual);
         let states = SHARES.map(|share| self.state(linearisation, share));
         let amplitudes = SHARES.map(|share| &self.amplitude * share);

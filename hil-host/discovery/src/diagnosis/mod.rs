@@ -31,7 +31,9 @@ use crate::hypotheses::candidate::{Candidate, size_at_end};
 use crate::hypotheses::search::{Depth, SearchResult};
 use crate::inference::evidence::{NEARLY, SPEAK_UP, TIED};
 use crate::inference::gauss_newton::{Effort, fit_from};
+use crate::inference::initial_guess::is_uncalibrated;
 use crate::inference::posterior::Fit;
+use crate::inference::unknowns::is_free;
 use crate::likelihood::block_error::Predictor;
 use crate::likelihood::discrepancy::Remains;
 use crate::likelihood::{Column, Problem};
@@ -276,7 +278,7 @@ fn spoken_of<'a>(predictor: &Predictor<'a, '_>, found: &'a SearchResult, blocks:
         let [with, without] = errors_of_all(predictor, [with, without], blocks);
         1.0 - with / without
     };
-    let ordinary = |fit: &Fit| !is_on("ordinary_only") || is_ordinary(&fit.state);
+    let ordinary = |fit: &Fit| !is_on("ordinary_only") || is_ordinary(problem.vehicle, &fit.state);
     let null_is_sound = ordinary(&found.null);
     let worth: Vec<&'a Candidate> = found.candidates.iter().filter(|c| is_worth_naming(c)).collect();
     let pays = |c: &'a Candidate| {
@@ -436,8 +438,10 @@ fn conclude(
 const ORDINARY_TOLERANCES: f64 = 3.0;
 
 /// Whether a state moves no calibration number by more than vehicles scatter.
-fn is_ordinary(state: &State) -> bool {
-    state.calibration.iter().enumerate().all(|(k, z)| !is_law(k) || z.abs() <= ORDINARY_TOLERANCES)
+fn is_ordinary(vehicle: &Vehicle, state: &State) -> bool {
+    let uncalibrated = is_uncalibrated(vehicle);
+    let counts = |k: usize| is_law(k) && !is_free(uncalibrated, k);
+    state.calibration.iter().enumerate().all(|(k, z)| !counts(k) || z.abs() <= ORDINARY_TOLERANCES)
 }
 
 /// The effect of a fit whose size is pressed against the end of what is possible by more than chance.

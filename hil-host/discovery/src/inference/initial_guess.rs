@@ -7,9 +7,9 @@
 
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::posterior::Fit;
+pub use crate::inference::unknowns::is_uncalibrated;
 use crate::likelihood::Problem;
 use crate::model::parameters::{DRAG, State, TRIM_VOLUME};
-use logs::vehicle::Vehicle;
 
 /// Places that are tried, in tolerances.
 const TRIMS: [f64; 17] = [0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0, -1.3, 1.3, -1.6, 1.6, -2.0, 2.0, -2.5, 2.5];
@@ -19,16 +19,6 @@ const DESCENTS: usize = 2;
 const RENEWALS: usize = 8;
 /// Innovations beyond this count linearly, sigma.
 const HUBER: f64 = 3.0;
-
-/// Trim and drag tolerances from which a file counts as not calibrated: one linearisation no longer spans them, m³ and 1.
-const WIDE_TRIM_M3: f64 = 1e-5;
-const WIDE_CD0: f64 = 0.1;
-
-/// Whether the tolerances of a vehicle file are those of a vehicle that nobody has calibrated.
-#[must_use]
-pub fn is_uncalibrated(vehicle: &Vehicle) -> bool {
-    vehicle.tolerance.trim_volume_m3 > WIDE_TRIM_M3 || vehicle.tolerance.cd0_relative > WIDE_CD0
-}
 
 fn cost(problem: &Problem, state: &State) -> f64 {
     let model = problem.model(state);

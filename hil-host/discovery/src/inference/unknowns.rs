@@ -2,12 +2,15 @@
 
 use crate::likelihood::{Column, Problem};
 use crate::model::internal_wave::{PARTS, Wave};
-use crate::model::parameters::{N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, bounds, is_law, wide_tail};
+use crate::model::parameters::{
+    DRAG, LIFT_SLOPE, N_CALIBRATION, N_LAW, PITCH_DAMPING, STATED, State, TRIM_VOLUME, bounds, is_law, wide_tail,
+};
 use hydro::effects::{Active, SeenIn};
+use logs::vehicle::Vehicle;
 use nalgebra::DVector;
 
 /// Most that a calibration number may deviate, in its tolerances: scatter beyond two is rare and beyond three a discovery; what
-/// goes further is no calibration, and the model has no glide there.
+/// goes further is no calibration, and the model has no glide there. [`is_free`] numbers have no such limit.
 const MOST_TOLERANCES: f64 = 10.0;
 /// Prior precision of a calibration number at that limit: none of it is left free.
 pub(crate) const HELD: f64 = 1e12;
@@ -17,6 +20,16 @@ const SCATTER: f64 = 2.0;
 const RARER: f64 = 3.0;
 /// Share of a parameter's typical size that is the step of a difference.
 const DIFFERENCE: f64 = 0.02;
+
+/// Trim and drag tolerances from which a file counts as not calibrated: one linearisation no longer spans them, m³ and 1.
+const WIDE_TRIM_M3: f64 = 1e-5;
+const WIDE_CD0: f64 = 0.1;
+
+/// Whether the tolerances of a vehicle file are those of a vehicle that nobody has calibrated.
+#[must_use]
+pub fn is_uncalibrated(vehicle: &Vehicle) -> bool {
+    vehicle.tolerance.trim_volume_m3 > WIDE_TRIM_M3 || vehicle.tolerance.cd0_relative > WIDE_CD0
+}
 
 /// What a prior adds to a normal one: penalty in chi², and half of its slope and curvature.
 type Penalty = (f64, f64, f64);
@@ -31,6 +44,12 @@ pub(super) struct Free {
     pub(super) step: f64,
     /// Mean and standard deviation of its normal prior; none for a size.
     prior: Option<(f64, f64)>,
+}
+
+/// Whether a calibration number is free to be anywhere: what a vehicle that nobody has calibrated floats and glides by. What its hull
+/// does under pressure and in warm water, and its sensors, scatter as in any other vehicle.
+pub(crate) fn is_free(uncalibrated: bool, index: usize) -> bool {
+    crate::ablation::is_on("free_numbers") && uncalibrated && matches!(index, TRIM_VOLUME | DRAG | LIFT_SLOPE)
 }
 
 /// What the prior asks of a calibration number beyond its scatter, on top of a normal prior: penalty, and half of the penalty's slope
@@ -51,8 +70,10 @@ fn tail_penalty(problem: &Problem, index: usize, z: f64) -> Penalty {
 
 /// What all calibration numbers of a state pay for being beyond their scatter, in chi².
 #[must_use]
-pub(crate) fn scatter_cost(state: &State) -> f64 {
-    state.calibration.iter().enumerate().map(|(i, z)| beyond_scatter(i, *z).0).sum()
+pub(crate) fn scatter_cost(problem: &Problem, state: &State) -> f64 {
+    let uncalibrated = is_uncalibrated(problem.vehicle);
+    let scatter = |(i, z): (usize, &f64)| if is_free(uncalibrated, i) { 0.0 } else { beyond_scatter(i, *z).0 };
+    state.calibration.iter().enumerate().map(scatter).sum()
 }
 
 fn free_numbers(problem: &Problem, effects: &[Active]) -> Vec<Free> {
@@ -81,6 +102,8 @@ pub(super) struct Unknowns<'a> {
     /// Precision and mean of the normal part of each prior.
     pub(super) precision: Vec<f64>,
     pub(super) centre: Vec<f64>,
+    /// Whether nobody has calibrated the vehicle: it has no scatter.
+    uncalibrated: bool,
     noise_in_damping: Box<dyn Fn(f64) -> Penalty>,
 }
 
@@ -100,13 +123,14 @@ impl<'a> Unknowns<'a> {
             .chain(own().map(|p| p.map_or(0.0, |(mean, _)| mean)))
             .chain(std::iter::repeat_n(0.0, amplitudes))
             .collect();
+        let uncalibrated = is_uncalibrated(problem.vehicle);
+        let most = |i: usize| if is_free(uncalibrated, i) { f64::INFINITY } else { MOST_TOLERANCES };
         let limit = |i: usize| {
-            let most = if i < N_LAW { MOST_TOLERANCES } else { f64::INFINITY };
-            bounds(problem.vehicle, i).unwrap_or((-most, most))
+            bounds(problem.vehicle, i).unwrap_or(if i < N_LAW { (-most(i), most(i)) } else { (f64::NEG_INFINITY, f64::INFINITY) })
         };
         let limits = (0..N_CALIBRATION).map(limit).collect();
         let noise_in_damping = Box::new(problem.noise_in_damping());
-        Self { problem, of_effects, limits, precision, centre, noise_in_damping }
+        Self { problem, of_effects, limits, precision, centre, uncalibrated, noise_in_damping }
     }
 
     /// How many there are.
@@ -155,8 +179,8 @@ impl<'a> Unknowns<'a> {
         match (i < N_CALIBRATION).then(|| s.calibration[i]) {
             Some(z) if i == PITCH_DAMPING => sum(tail_penalty(self.problem, i, z), (self.noise_in_damping)(z)),
             Some(z) if !is_law(i) => tail_penalty(self.problem, i, z),
-            Some(z) => beyond_scatter(i, z),
-            None => (0.0, 0.0, 0.0),
+            Some(z) if !is_free(self.uncalibrated, i) => beyond_scatter(i, z),
+            _ => (0.0, 0.0, 0.0),
         }
     }
 

@@ -13,9 +13,9 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::atomic::Ordering;
 
-/// Most model passes of one search, the half steps that they may take together, and the passes that it may take however long they are.
+/// Most model passes of one search, the time that they may simulate together, s, and the passes that it may take however long they are.
 const MOST_PASSES: u64 = 2000;
-const MOST_HALF_STEPS: u64 = 12_000_000;
+const MOST_SIMULATED_S: f64 = 24e6;
 const FEWEST_PASSES: u64 = 250;
 
 /// Tracks that are kept at a time: enough to fill all lanes, and little beside the flight.
@@ -241,7 +241,8 @@ impl Problem<'_> {
     #[must_use]
     pub fn most_work(&self) -> u64 {
         let pass = self.runs.iter().map(|r| r.inputs.len() as u64).sum::<u64>().max(1);
-        (MOST_PASSES * pass).min(MOST_HALF_STEPS.max(FEWEST_PASSES * pass))
+        let half_step_s = self.runs.first().map_or(1.0, |r| 0.5 * r.step_s);
+        (MOST_PASSES * pass).min(((MOST_SIMULATED_S / half_step_s) as u64).max(FEWEST_PASSES * pass))
     }
 
     /// A depth signature in one run, whitened.

@@ -2,7 +2,7 @@
 
 use crate::preprocess::channels::Channels;
 use crate::preprocess::fixes::fixes;
-use crate::preprocess::grid::{STEP_S, inputs};
+use crate::preprocess::grid::{inputs, step_s};
 use crate::preprocess::run::Run;
 use crate::preprocess::stuck_sensors::Removed;
 use crate::preprocess::{SETTLE_S, SURFACE_M};
@@ -76,7 +76,8 @@ pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, 
     let used = rows_used(time, &whole_depth, &depth);
     let first_pitch = channels.pitch.iter().copied().find(|p| p.is_finite()).unwrap_or(0.0);
     let start_speed_m_s = if starts_afloat { 0.0 } else { start_speed_m_s(time, &whole_depth, first_pitch.sin()) };
-    let inputs = inputs(&channels, &whole_depth, zero, STEP_S);
+    let step = step_s(time);
+    let inputs = inputs(&channels, &whole_depth, zero, step);
     let fixes = fixes(flight, rows.clone());
     let blind = silent.contains(&true) || channels.unsteered();
     let (displacement_m, displacement_s) = match fixes {
@@ -95,7 +96,7 @@ pub(crate) fn run(flight: &Flight, vehicle: &Vehicle, start: usize, end: usize, 
         speed_m_s: channels.speed,
         ballast_m3: channels.ballast,
         inputs,
-        step_s: STEP_S,
+        step_s: step,
         displacement_m,
         displacement_s,
         fixes,

@@ -21,7 +21,7 @@ pub mod spikes;
 pub(crate) mod stuck_sensors;
 
 use crate::ablation::is_on;
-pub use crate::preprocess::grid::STEP_S;
+pub use crate::preprocess::grid::STEPS_S;
 pub use crate::preprocess::interpolate::{PITCH_WINDOW_S, local_slope, widened_s};
 pub use crate::preprocess::run::{Input, Prepared, Run};
 

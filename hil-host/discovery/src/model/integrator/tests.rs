@@ -1,5 +1,5 @@
 use super::*;
-use crate::preprocess::{Run, STEP_S};
+use crate::preprocess::{Run, STEPS_S};
 use hydro::effects::{Active, Beyond, Constants, Flow, ForceModel, Sensed, by_name};
 use std::borrow::Cow;
 
@@ -117,7 +117,7 @@ fn accuracy_long_steps_find_the_depth_of_short_ones() {
     };
     for (pitch, slope) in [(0.3, 8.0), (0.45, 8.0), (0.45, 2.0), (0.45, 24.0), (0.6, 8.0)] {
         let exact = flown(0.125, pitch, slope);
-        let t = flown(STEP_S, pitch, slope);
+        let t = flown(STEPS_S.1, pitch, slope);
         let square: f64 = t.sink_m_s.iter().zip(&exact.sink_m_s).map(|(a, b)| (a - b).powi(2)).sum();
         // 5e-5 m/s: a hundredth of what models of gliders are wrong by. Steps of 8 s: 2e-3.
         assert!((square / t.sink_m_s.len() as f64).sqrt() < 5e-5, "{pitch} rad, slope {slope}: {square}");

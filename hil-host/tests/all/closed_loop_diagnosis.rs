@@ -155,7 +155,10 @@ fn lift_is_named_alone(lost: &[(Wings, f64)]) {
     // off in drag and 10 % in lift at the 0.22 rad that a vehicle without 40 % of its lift flies at.
     for &(wings, value) in lost {
         let d = asked(three_settings(wings), Some(Effect { value, ..Effect::typical(EffectKind::LiftSlopeError) }), 5);
-        assert_eq!(d.answer, ["lift_slope_error"], "{wings:?} {value}: {:?} {:?}", d.verdict, d.notes);
+        assert_eq!(d.candidates[0].effects, ["lift_slope_error"], "{wings:?} {value}: {:?} {:?}", d.verdict, d.notes);
+        // Near the stall a refit may do better than the name on dives kept out: then it is not given as the answer.
+        let no_help = d.reasons.iter().any(|r| r.code() == "worse_than_recalibration") && d.block_error_m_s[1] < d.block_error_m_s[0];
+        assert!(no_help || d.answer == ["lift_slope_error"], "{wings:?} {value}: {:?} {:?}", d.verdict, d.notes);
     }
 }
 

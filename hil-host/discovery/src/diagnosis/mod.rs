@@ -14,8 +14,8 @@ pub(crate) mod unknown;
 pub mod verdict;
 
 use crate::ablation::is_on;
+use crate::criticism::held_out::{error_of_four_fifths, missed_near_stall, typical_error, worst_segment};
 use crate::criticism::law::{Law, laws};
-use crate::criticism::near_stall::missed_near_stall;
 use crate::criticism::residual_tests::Family;
 use crate::diagnosis::four_parts::FourParts;
 use crate::diagnosis::judged::{Blocks, Judged, is_fitted};
@@ -317,12 +317,24 @@ fn floor_m_s(problem: &Problem) -> f64 {
 
 /// Errors of the best hypothesis and of nothing missing.
 fn errors<'a>(predictor: &Predictor<'a, '_>, fits: [&'a Fit; 2], blocks: [&Blocks; 2]) -> Errors {
+    let (problem, prepared) = (predictor.problem, predictor.prepared);
     let [fitted, check] = blocks;
+    let wave = fits[0].state.wave.is_some();
+    let states = fits.map(|f| &f.state);
     let pair = |v: Vec<f64>| [v[0], v[1]];
+    // A wave's phase on check segments is unknown, and so is the branch of a stall.
+    let tellable = !wave && problem.rows_near_stall() < problem.data.len() / 10;
+    let kept_out = |state: &State, blocks: &[_]| problem.residuals_near_stall_and_elsewhere(prepared, state, blocks);
+    let typical = states.map(|s| if tellable { typical_error(&kept_out(s, check)) } else { f64::NAN });
+    let of_one = |of| error_of_four_fifths(&kept_out(states[0], std::slice::from_ref(of)));
+    let named = !fits[0].state.effects.is_empty() || wave;
+    let worst = if tellable || !named { check.iter().map(of_one).fold(f64::NAN, f64::max) } else { f64::NAN };
     Errors {
         check_m_s: pair(predictor.errors(&fits.map(parts), check, false)),
         fitted_m_s: pair(predictor.errors(&fits.map(parts), fitted, true)),
-        floor_m_s: floor_m_s(predictor.problem),
+        typical_m_s: typical,
+        worst_segment_m_s: worst,
+        floor_m_s: floor_m_s(problem),
     }
 }
 
@@ -392,6 +404,9 @@ fn conclude(
     };
     let (verdict, reasons) = judge(&evidence);
     notes.extend(reasons.iter().map(|r| format!("{}: {}", verdict.name(), r.text())));
+    if reasons.iter().any(|r| r.code() == "held_out_too_large") {
+        notes.push(format!("the check segments one by one{}", worst_segment(problem, prepared, &best.state, check_blocks)));
+    }
     let stands = matches!(verdict, Verdict::Explained | Verdict::Ambiguous);
     let answer = named.filter(|_| stands).map_or_else(Vec::new, |c| c.effects.clone());
     let after = if answer.is_empty() { null.state.clone() } else { best.state.clone() };

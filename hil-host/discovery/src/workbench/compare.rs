@@ -91,16 +91,26 @@ const USUAL_RANGES: [(&str, Constant, f64, f64); 7] = [
 ];
 
 impl Comparison {
-    /// Why its numbers say nothing: where and how the model diverged, and which numbers of the vehicle are to be looked at. None where it
-    /// did not.
+    /// Why its numbers say nothing: numbers that no vehicle has, or where and how the model diverged and which numbers of the vehicle are to
+    /// be looked at. None where neither is so.
     #[must_use]
     pub fn diverged(&self, vehicle: &Vehicle) -> Option<String> {
         /// No glider is as fast, nor falls as fast, m/s.
         const FASTEST_M_S: f64 = 20.0;
+        /// Widths of the usual range beyond it at which the model still flies, and no vehicle does.
+        const FAR: f64 = 10.0;
+        let beyond = |widths: f64| -> Vec<String> {
+            let numbers = USUAL_RANGES.iter().map(|(name, of, low, high)| (name, of(&vehicle.constants), *low, *high));
+            let unusual =
+                numbers.filter(|(_, value, low, high)| !(low - widths * (high - low)..=high + widths * (high - low)).contains(value));
+            unusual.map(|(name, value, low, high)| format!("{name} = {value} (usual: {low} to {high})")).collect()
+        };
+        let impossible = beyond(FAR);
+        if !impossible.is_empty() {
+            return Some(format!("no vehicle has {}", impossible.join(", ")));
+        }
         let astray = self.samples.iter().find(|s| !(s.speed_m_s.abs() < FASTEST_M_S) || s.modelled_m_s.abs() > FASTEST_M_S)?;
-        let numbers = USUAL_RANGES.iter().map(|(name, of, low, high)| (name, of(&vehicle.constants), low, high));
-        let unusual = numbers.filter(|(_, value, low, high)| !(**low..=**high).contains(value));
-        let named: Vec<String> = unusual.map(|(name, value, low, high)| format!("{name} = {value} (usual: {low} to {high})")).collect();
+        let named = beyond(0.0);
         let suspects = if named.is_empty() { "the numbers under hydro and the sizes of effects".to_owned() } else { named.join(", ") };
         Some(format!(
             "the model diverged with this vehicle: {:.3e} m/s through the water at {:.0} s of segment {}. Look at {suspects}",

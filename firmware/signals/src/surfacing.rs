@@ -5,7 +5,7 @@
 //!
 //! Bytes and units: "The message" in `docs/backseat.md`.
 //!
-//! The evidence is the way in depth, which is measured, beside speed × sin(path angle) × time, which
+//! The evidence is the way in depth, which is measured, compared with speed × sin(path angle) × time, which
 //! the law's table says: where they differ over a whole surfacing, the vehicle is not that of its table.
 
 use crate::frame::{Abort, Answer, Flags, Phase, Reading, SensorFrame, Surface, Switch, Trace, Weight};

@@ -1,4 +1,4 @@
-"""The reader written from docs/backseat.md, beside `glider surfacing --json`, on messages that the firmware's code makes."""
+"""The reader by docs/backseat.md, against `glider surfacing --json`, on messages that the firmware's code makes."""
 
 import importlib.util
 import json

@@ -61,13 +61,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
 }
 
 fn document(e: &'static Effect) -> Value {
-    let parameters: Vec<Value> = e
-        .parameters
-        .iter()
-        .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
-        .collect();
     json!({"name": e.name, "kind": effect_list::kind(e), "about": e.physics, "words": effect_list::in_words(e.name), "physics": e.physics,
-           "separated_by": e.separated_by, "parameters": parameters})
+           "separated_by": e.separated_by, "parameters": effect_list::parameters(e)})
 }
 
 fn effects(name: Option<&str>, output: &Output) -> anyhow::Result<()> {

@@ -1,7 +1,8 @@
 //! Effects of the catalogue as a person reads them: a name in words, and the part of the physics each belongs to, told by what it acts on.
 
-use hydro::effects::{Active, CATALOGUE, Constants, Effect, ForceModel};
+use hydro::effects::{Active, CATALOGUE, Constants, Effect, ForceModel, Parameter};
 use rig::flight::vehicles::Model;
+use serde_json::{Value, json};
 use signals::Wings;
 
 /// The parts of the physics, in the order they are shown.
@@ -17,6 +18,13 @@ pub fn in_words(name: &str) -> String {
 
 /// The kind of what somebody wrote.
 pub const OWN: &str = "Your own";
+
+/// Its parameters as documents list them.
+#[must_use]
+pub fn parameters(effect: &Effect) -> Vec<Value> {
+    let one = |p: &Parameter| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical});
+    effect.parameters.iter().map(one).collect()
+}
 
 /// Which part of the physics an effect changes: the first of these that it acts on.
 #[must_use]

@@ -284,16 +284,12 @@ const MOST_WRITTEN: usize = 1000;
 
 /// An effect as the page shows it.
 fn offered(e: &'static Effect) -> Value {
-    let parameters: Vec<Value> = e
-        .parameters
-        .iter()
-        .map(|p| json!({"name": p.name, "unit": p.unit, "off": p.off, "low": p.low, "high": p.high, "typical": p.typical}))
-        .collect();
     let (words, kind) = match e.expression {
         Some(text) => (text.to_owned(), effect_list::OWN),
         None => (effect_list::in_words(e.name), effect_list::kind(e)),
     };
-    json!({"name": key(e), "words": words, "kind": kind, "physics": e.physics, "separated_by": e.separated_by, "parameters": parameters})
+    json!({"name": key(e), "words": words, "kind": kind, "physics": e.physics, "separated_by": e.separated_by,
+           "parameters": effect_list::parameters(e)})
 }
 
 /// Effects by name and values, as the page sends them.

@@ -5,6 +5,7 @@ use crate::preprocess::gaps::long_gaps;
 use crate::preprocess::interpolate::{PITCH_WINDOW_S, fill, hermite, local_quadratic};
 use crate::preprocess::run::Input;
 use hydro::effects::{HULL_LAG_S, Sensed};
+use logs::record::plausible::quantile;
 
 /// Shortest and longest grid step of the simulation, s. In a turn of 12 s from leg to leg steps of 4 s find the sink rate within 0.05 mm/s
 /// rms and steps of 8 s within 2 mm/s (test of the integrator).
@@ -13,9 +14,8 @@ pub const STEPS_S: (f64, f64) = (2.0, 4.0);
 /// Grid step for rows at these times: half of what is usual between two. Longer ones lose what a dense log shows of its turns (real ones
 /// of Slocums fit worse by a hundredth with 4 s).
 pub(crate) fn step_s(time_s: &[f64]) -> f64 {
-    let mut apart: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    apart.sort_by(f64::total_cmp);
-    (0.5 * apart.get(apart.len() / 2).copied().unwrap_or(0.0)).clamp(STEPS_S.0, STEPS_S.1)
+    let apart: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    (0.5 * quantile(&apart, 0.5)).clamp(STEPS_S.0, STEPS_S.1)
 }
 
 /// Inputs at half steps from the first row of a run on; `zero` is the depth that the sensor shows afloat, m.

@@ -97,7 +97,7 @@ impl Comparison {
     pub fn diverged(&self, vehicle: &Vehicle) -> Option<String> {
         /// No glider is as fast, nor falls as fast, m/s.
         const FASTEST_M_S: f64 = 20.0;
-        /// Widths of the usual range beyond it at which the model still flies, and no vehicle does.
+        /// Widths of the usual range beyond it at which the model still flies, and no vehicle does (guess).
         const FAR: f64 = 10.0;
         let beyond = |widths: f64| -> Vec<String> {
             let numbers = USUAL_RANGES.iter().map(|(name, of, low, high)| (name, of(&vehicle.constants), *low, *high));

@@ -6,7 +6,7 @@ use super::flight::{Said, sent_one_by_one};
 use super::glide::Glider;
 use super::judge::{Judgement, judge};
 use super::kinds::{AFLOAT_ZERO, FOLLOWED};
-use super::learn::{FEWEST_CONTROLS, Learnt, WINDOW, learn, levels, linear_about, start_of_first};
+use super::learn::{Between, FEWEST_CONTROLS, Learnt, WINDOW, learn, levels, linear_about, place, start_of_first};
 use super::numbers::Numbers;
 use super::rows::{Unit, median};
 use super::sent::Sent;
@@ -76,6 +76,8 @@ pub struct Mission {
     pub from: Numbers,
     /// What changed, of a mission with dives enough to ask.
     pub found: Found,
+    /// Where each unit is linearised beyond the start and what is known to have changed, in sizes.
+    own: Vec<Numbers>,
 }
 
 /// Fewest dives of which changes are asked.
@@ -85,7 +87,8 @@ impl Mission {
     /// Of its steady dives in the order of time, at least one; `threshold` is that of a change.
     #[must_use]
     pub fn of(dives: Dives, vehicle: &Vehicle, threshold: f64) -> Self {
-        /// Times that the dives are linearised where the changes found put them.
+        /// Times that the dives are linearised anew where they say themselves that they are: before changes are asked, and with the
+        /// changes found.
         const RELINEARISED: usize = 2;
         let (glider, from) = match &dives {
             Dives::Logged(units) => {
@@ -96,17 +99,32 @@ impl Mission {
             Dives::Sent(_, glider) => ((**glider).clone(), Numbers::zeros()),
         };
         let asked = if dives.len() < FEWEST_DIVES { f64::INFINITY } else { threshold };
-        let mut out = Self { dives, glider, from, found: find(&[], f64::INFINITY) };
+        let own = vec![Numbers::zeros(); dives.len()];
+        let mut out = Self { dives, glider, from, found: find(&[], f64::INFINITY), own };
+        (0..RELINEARISED).for_each(|_| out.place());
         out.found = find(&out.observed(), asked);
         for _ in 0..RELINEARISED {
             if out.found.changes.is_empty() {
                 break;
             }
             out.take_changes();
+            out.own.fill(Numbers::zeros());
             out.found = find(&out.observed(), asked);
         }
         out.take_changes();
         out
+    }
+
+    /// Linearises each unit where it says itself that it is: a large change of one dive is not linear about the start.
+    fn place(&mut self) {
+        let days = self.days();
+        let of = |(d, observed): (usize, Observed)| {
+            let known = self.changed(d, &days);
+            let expected = Between { mean: &self.found.between.mean + &known, ..self.found.between.clone() };
+            let beyond = place(&observed.says, &expected) - known;
+            Numbers::from_fn(|i, _| beyond[i].clamp(-1.0, 1.0))
+        };
+        self.own = self.observed().into_iter().enumerate().map(of).collect();
     }
 
     /// Day of the mission at which each unit began.
@@ -165,7 +183,7 @@ impl Mission {
         };
         match &self.dives {
             Dives::Logged(units) => {
-                let all: Vec<Linear> = units.iter().map(|u| linear_about(u, &self.glider, &self.from, &Numbers::zeros())).collect();
+                let all: Vec<Linear> = units.iter().zip(&self.own).map(|(u, own)| linear_about(u, &self.glider, &self.from, own)).collect();
                 let (own, _) = levels(&all, None);
                 let one = |((u, mut linear), level): ((&Unit, Linear), f64)| {
                     linear.count_from(&-u.beyond);

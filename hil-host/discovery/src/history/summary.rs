@@ -2,7 +2,7 @@
 
 use super::glide::Glider;
 use super::numbers::{NUMBERS, Numbers};
-use super::rows::{Unit, median};
+use super::rows::{Row, Unit, median};
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// Information of the numbers.
@@ -44,11 +44,14 @@ fn variance(residual: &DVector<f64>, kept: &[bool]) -> f64 {
     counted().map(|r| (r - mean).powi(2)).sum::<f64>() / n
 }
 
-/// Rows that are no outliers: within five standard deviations of the median, robustly, and 1 mm/s.
-fn inliers(residual: &[f64]) -> Vec<bool> {
-    let middle = median(residual.iter().copied());
-    let spread = 1.4826 * median(residual.iter().map(|r| (r - middle).abs()));
-    residual.iter().map(|r| (r - middle).abs() < 5.0 * spread + 1e-3).collect()
+/// Rows that are no outliers: within five standard deviations of the median of their block, robustly, and 1 mm/s. A changed number
+/// shifts whole legs, and makes none of their rows an outlier.
+fn inliers(residual: &[f64], unit: &Unit) -> Vec<bool> {
+    let of_block = |b: usize| median(unit.rows.iter().zip(residual).filter(|(row, _)| row.block == b).map(|(_, r)| *r));
+    let middle: Vec<f64> = (0..unit.blocks()).map(of_block).collect();
+    let off = |(row, r): (&Row, &f64)| (r - middle[row.block]).abs();
+    let spread = 1.4826 * median(unit.rows.iter().zip(residual).map(off));
+    unit.rows.iter().zip(residual).map(|row| off(row) < 5.0 * spread + 1e-3).collect()
 }
 
 impl Linear {
@@ -67,7 +70,7 @@ impl Linear {
     ) -> Self {
         let (rises, derivatives) = glider.linearised(unit, &glider.moved(at));
         let mut residual: Vec<f64> = unit.rows.iter().zip(&rises).map(|(row, w)| row.rise_m_s - w).collect();
-        let mut kept = inliers(&residual);
+        let mut kept = inliers(&residual, unit);
         for ((r, kept), d) in residual.iter().zip(&mut kept).zip(&derivatives) {
             *kept &= r.is_finite() && d.iter().all(|x| x.is_finite());
         }

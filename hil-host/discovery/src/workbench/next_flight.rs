@@ -144,10 +144,12 @@ struct MenuLeg {
 fn tied(d: &Diagnosis) -> Vec<Hypothesis> {
     let mut tied: Vec<Hypothesis> = Vec::new();
     let wanted = d.equivalent.len().max(2);
-    for c in d.equivalent.iter().filter_map(|e| d.candidates.iter().find(|c| c.effects == *e)).chain(&d.candidates) {
-        // A wave's phase on another day is unknown: no plan can be made for it.
+    let ranked = || d.equivalent.iter().filter_map(|e| d.candidates.iter().find(|c| c.effects == *e)).chain(&d.candidates);
+    // A wave's phase on another day is unknown: legs are planned without it, and tell apart what stands with a wave or what stands without.
+    let with_wave = ranked().next().is_some_and(|c| c.state.wave.is_some());
+    for c in ranked() {
         let known = tied.iter().any(|t| t.0 == c.effects);
-        if !known && c.state.wave.is_none() && c.log_odds.is_finite() && tied.len() < wanted {
+        if !known && c.state.wave.is_some() == with_wave && c.log_odds.is_finite() && tied.len() < wanted {
             tied.push((c.effects.clone(), c.state.clone()));
         }
     }

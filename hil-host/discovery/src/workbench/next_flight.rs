@@ -343,8 +343,8 @@ impl Plan {
     #[must_use]
     pub fn mission(&self, wings: &str) -> String {
         let names: Vec<String> = self.tied.iter().map(|t| t.join(" with ")).collect();
-        let mut out =
-            format!("# Written by glider next-flight: tells apart {}\nwings = \"{wings}\"\nmax_duration_h = 24\n", names.join(", "));
+        // Without a limit a mission may last as long as its legs take: six dives to 900 m are two days.
+        let mut out = format!("# Written by glider next-flight: tells apart {}\nwings = \"{wings}\"\n", names.join(", "));
         let mut legs = self.legs.clone();
         legs.sort_by(|a, b| a.pitch_rad.total_cmp(&b.pitch_rad).then(a.ballast_m3.total_cmp(&b.ballast_m3)));
         for dives in legs.chunk_by(|a, b| a == b) {

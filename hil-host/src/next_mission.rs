@@ -22,7 +22,7 @@ pub fn wings(vehicle: &Vehicle) -> &'static str {
     if vehicle.document["wing"]["name"].as_str().is_some_and(|w| w.contains("low")) { "low-ar" } else { "standard" }
 }
 
-/// Plans the next flight; none where there are no two hypotheses.
+/// Plans the next flight; none where there are no two hypotheses, or no legs that this vehicle can fly in this water.
 ///
 /// # Errors
 /// A mission that `glider fly` would refuse: a fault of the plan.

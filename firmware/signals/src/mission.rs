@@ -12,8 +12,10 @@ pub const MAX_LEGS: usize = 8;
 pub enum Wings {
     /// Aspect ratio 5.536 (paper, sec. III).
     #[default]
+    #[serde(alias = "standard")]
     Standard,
     /// "Rail" wings, aspect ratio 0.3155 (paper, sec. III).
+    #[serde(alias = "low-ar")]
     LowAspectRatio,
 }
 

@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, default_value = "in-process")]
     pub(super) seat: String,
     /// Fly this many missions of the lattice, spread over it; default: all (200 through a seat).
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::count)]
     pub(super) sample: Option<usize>,
     /// Of the missions flown so many are random ones with random faults; default: 45,000, of a sample a third, through a seat none.
     #[arg(long, value_name = "N")]
@@ -62,14 +62,14 @@ pub struct Args {
     #[arg(long, value_name = "TEXT")]
     pub(super) only: Option<String>,
     /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
-    #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample"])]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["only", "sample"])]
     healthy: Option<u64>,
     /// Break the law instead, one watch at a time, and count how often the campaign notices; --sample: missions for each besides those
     /// with the faults that the watch is there for [default: 1000].
     #[arg(long, conflicts_with_all = ["healthy"])]
     mutation: bool,
     /// Disturb the buses of a board on its own parts instead, so many times.
-    #[arg(long, value_name = "N", conflicts_with_all = ["only", "healthy", "mutation", "sample"])]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["only", "healthy", "mutation", "sample"])]
     bus: Option<u64>,
     /// Print every case that is not as it should be.
     #[arg(long)]

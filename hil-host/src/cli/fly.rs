@@ -6,7 +6,7 @@ pub mod own_parts;
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use crate::score::story;
-use crate::terminal::say;
+use crate::terminal::{say, wrapped_from};
 use anyhow::{Context, anyhow, bail, ensure};
 use discovery::hypotheses::search::Depth;
 use discovery::workbench::add;
@@ -164,11 +164,22 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             "distance_m": round(other.distance_m, 2), "duration_s": round(other.duration_s, 1), "end": other.end.to_string(),
         });
     }
+    if let Some(note) = elsewhere(args) {
+        document["note"] = json!(note);
+    }
     if let Some(r) = recorder {
         r.finish(document.clone())?;
     }
     output.emit(&document, || print(&document, args));
     Ok(verdict(&out, args))
+}
+
+/// What is said of the table of a vehicle file that flies in the world of another vehicle.
+fn elsewhere(args: &Args) -> Option<String> {
+    let file =
+        [&args.table, &args.first_table].into_iter().flatten().find(|t| t.extension().is_some_and(|e| e == "json" || e == "toml"))?;
+    let own = args.truth.is_none() && args.world.is_none();
+    own.then(|| format!("flown by the built-in vehicle; `--world {}` flies the vehicle of this file", file.display()))
 }
 
 /// A mission flown whole, or one ended in SAFE by a fault that was asked for.
@@ -362,6 +373,9 @@ pub(super) fn print(d: &Value, args: &Args) {
     say(&format!("energy         {:.2} J/m{would}", n("joule_per_m")));
     if let Some(before) = d["beside"]["achieved_l_over_d"].as_f64() {
         say(&format!("beside         {before:.3} with the other table: {:+.1} % range", 100.0 * n("range_gain")));
+    }
+    if let Some(note) = d["note"].as_str() {
+        say(&format!("note           {}", wrapped_from(15, note, 15)));
     }
     say(&format!("end            {}", s("end")));
 }

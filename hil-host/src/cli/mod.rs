@@ -57,6 +57,11 @@ pub mod timeline;
 pub mod upload;
 pub mod what_if;
 
+/// A count on the command line: one at least.
+fn count(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|e| format!("{e}")).and_then(|n| if n == 0 { Err("at least 1".into()) } else { Ok(n) })
+}
+
 /// What a finished command says to the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {

@@ -55,7 +55,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let (_, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
     let Some(p) = next_mission::plan(&found, &vehicle)? else {
         output.emit(&json!({"verdict": found.verdict.name(), "tied": [], "legs": [], "tells_apart": false}), || {
-            println!("There are no two hypotheses that a mission could tell apart (verdict: {}).", found.verdict.name());
+            println!(
+                "No mission that this vehicle could fly in this water tells two hypotheses apart (verdict: {}).",
+                found.verdict.name()
+            );
         });
         return Ok(Verdict::Negative);
     };

@@ -76,7 +76,7 @@ struct ScorecardMergeArgs {
 )]
 pub struct DiscoveryArgs {
     /// Number of cases.
-    #[arg(long, default_value_t = 100)]
+    #[arg(long, default_value_t = 100, value_parser = super::count)]
     cases: usize,
     /// Seed: the same seed gives the same cases.
     #[arg(long, default_value_t = 1)]

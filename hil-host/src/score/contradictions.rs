@@ -27,6 +27,9 @@ pub fn contradictions(d: &Value) -> Vec<String> {
     for n in list("moved") {
         let ordered = number(&n["low"]) <= number(&n["here"]) && number(&n["here"]) <= number(&n["high"]);
         must(ordered || n["low"].is_null(), format!("an interval without its value: {n}"));
+        // What the fit pressed against the end of what is possible has no interval.
+        let [width, shift] = [number(&n["high"]) - number(&n["low"]), number(&n["here"]) - number(&n["file"])];
+        must(n["low"].is_null() || shift == 0.0 || width > 1e-5 * shift.abs(), format!("an interval of no width: {n}"));
         // What left its interval is said wherever the fits speak.
         let outside = number(&n["file"]) < number(&n["low"]) || number(&n["file"]) > number(&n["high"]);
         let said = says.contains(n["name"].as_str().unwrap_or("?")) || says.contains(" more");
@@ -61,7 +64,8 @@ fn a_contradiction_is_found() {
     let d = serde_json::json!({
         "verdict": "adequate", "answer": [], "error": {"baseline": 1.0, "recalibrated": 0.5, "best": 0.5}, "probability_nothing_missing": 1e-9,
         "explanation": "the depth-rate error is 0.60 cm/s instead of 1.00 cm/s. Moved: nothing.",
-        "moved": [{"name": "cd0", "file": 0.1, "low": 0.2, "here": 0.25, "high": 0.3}], "worth": null,
+        "moved": [{"name": "cd0", "file": 0.1, "low": 0.2, "here": 0.25, "high": 0.3},
+            {"name": "pitch_zero", "file": 0.9, "low": 0.499_999_9, "here": 0.5, "high": 0.500_000_1}], "worth": null,
     });
-    assert_eq!(contradictions(&d).len(), 3, "{:?}", contradictions(&d));
+    assert_eq!(contradictions(&d).len(), 5, "{:?}", contradictions(&d));
 }

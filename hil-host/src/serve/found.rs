@@ -19,7 +19,8 @@ impl Workbench {
     pub fn next_flight(&self, request: &Fit) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
         let found = opened.diagnosis()?;
-        let planned = next_mission::plan(&found, &opened.vehicle)?.context("there are no two hypotheses left to tell apart")?;
+        let planned = next_mission::plan(&found, &opened.vehicle)?
+            .context("no mission that this vehicle could fly in this water tells two hypotheses apart")?;
         let tied = planned.tied.iter().map(|t| t.join(" with ")).collect::<Vec<_>>().join(" / ");
         if !planned.tells_apart() {
             bail!("no dives at other pitches and drives tell {tied} apart (expected chi² {:.1})", planned.expected_chi2());

@@ -347,11 +347,11 @@ const Bench = (() => {
     const line = (k, v) => (v ? [el('dt', {}, k), el('dd', {}, ...Glider.prose(v))] : []);
     const remains = (d.remains || []).map((r) => `${r.variable.replaceAll('_', ' ')}${r.phase ? ` (${r.phase})` : ''}: ${fmt(r.size_cm_s)} cm/s`).join('; ');
     const take = d.answer.length ? button('take', 'Tick it and fit') : null;
-    const part = (key) => { const text = d.in_words[key]; return text.charAt(0).toUpperCase() + text.slice(1).replace(/\.?$/, '.'); };
+    const part = (key) => { const text = d.in_words[key]; return text.replace(/^[a-z](?=[a-z]* )/, (c) => c.toUpperCase()).replace(/\.?$/, '.'); }; // names of numbers stay
     const figures = d.charts.map((c) => Glider.figure(c, true));
     verdict.replaceChildren(el('h2', { tabindex: '-1', id: 'answer' }, 'The answer'),
-      el('dl', { class: 'answer' }, ...line('Verdict', `${d.verdict}: ${d.answer.map(words).join(' + ') || 'nothing to add'}`), ...line('What moved', part('what_moved')), ...line('What is missing', part('what_is_missing')), ...line('Cannot tell from', same.map((c) => c.map(words).join(' + ')).join('; ')), ...line('What could hide', part('what_could_hide')), ...line('What next', part('what_next')), ...line('What remains', remains)),
-      take, acts, ...figures,
+      el('dl', { class: 'answer' }, ...line('Verdict', `${d.verdict}: ${d.answer.map(words).join(' + ') || (d.verdict === 'unexplained' ? 'no known effect to add' : 'nothing to add')}`), ...line('What moved', part('what_moved')), ...line('What is missing', part('what_is_missing')), ...line('Cannot tell from', same.map((c) => c.map(words).join(' + ')).join('; ')), ...line('What could hide', part('what_could_hide')), ...line('What next', part('what_next')), ...line('What remains', remains)),
+      ...(take ? [take] : []), acts, ...figures,
       el('details', {}, el('summary', {}, `All candidates, best first (${rows.length} shown)`),
         Glider.table({ caption: 'Candidates', head: ['effects', 'parameters and 90 % interval', `error after (${d.error.unit})`, 'probability'], rows })));
     figures.forEach((f) => f.attach());

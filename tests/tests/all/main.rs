@@ -46,6 +46,7 @@ mod own_parts;
 mod own_radio;
 #[cfg(feature = "whole")]
 mod pages;
+mod pages_dropped_logs;
 #[cfg(feature = "whole")]
 mod power;
 #[cfg(feature = "whole")]

@@ -14,7 +14,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A chromedriver that ends with the test.
-struct Driver {
+pub struct Driver {
     child: Child,
     port: u16,
     profile: PathBuf,
@@ -32,7 +32,7 @@ fn free_port() -> u16 {
     std::net::TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).map_or(9515, |a| a.port())
 }
 
-fn driver(name: &str) -> Option<Driver> {
+pub fn driver(name: &str) -> Option<Driver> {
     let port = free_port();
     let child = Command::new("chromedriver").arg(format!("--port={port}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     let Ok(child) = child else {
@@ -48,7 +48,7 @@ fn driver(name: &str) -> Option<Driver> {
 }
 
 impl Driver {
-    async fn browser(&self) -> Client {
+    pub async fn browser(&self) -> Client {
         let mut wanted = Capabilities::new();
         let flags = [
             "--headless",
@@ -88,14 +88,14 @@ impl WebDriverCompatibleCommand for ConsoleLog {
     }
 }
 
-async fn console_errors(c: &Client) -> Vec<String> {
+pub async fn console_errors(c: &Client) -> Vec<String> {
     let log = c.issue_cmd(ConsoleLog).await.expect("the console can be read");
     let entries = log.as_array().cloned().unwrap_or_default();
     entries.iter().filter(|e| e["level"] == "SEVERE").map(ToString::to_string).collect()
 }
 
 /// Text of an element once it satisfies `done`.
-async fn wait_text(c: &Client, selector: &str, done: impl Fn(&str) -> bool, seconds: u64) -> String {
+pub async fn wait_text(c: &Client, selector: &str, done: impl Fn(&str) -> bool, seconds: u64) -> String {
     let until = Instant::now() + Duration::from_secs(seconds);
     let mut last = String::new();
     while Instant::now() < until {
@@ -110,7 +110,7 @@ async fn wait_text(c: &Client, selector: &str, done: impl Fn(&str) -> bool, seco
     panic!("{selector}: still {last:?} after {seconds} s");
 }
 
-async fn click(c: &Client, selector: &str) {
+pub async fn click(c: &Client, selector: &str) {
     c.find(Locator::Css(selector))
         .await
         .unwrap_or_else(|e| panic!("{selector}: {e}"))
@@ -119,12 +119,12 @@ async fn click(c: &Client, selector: &str) {
         .unwrap_or_else(|e| panic!("{selector}: {e}"));
 }
 
-async fn js(c: &Client, code: &str, args: Vec<Value>) -> Value {
+pub async fn js(c: &Client, code: &str, args: Vec<Value>) -> Value {
     c.execute(code, args).await.unwrap_or_else(|e| panic!("{code}: {e}"))
 }
 
 /// Serious findings of axe-core; none where it is not on this machine.
-async fn axe(c: &Client) -> Vec<String> {
+pub async fn axe(c: &Client) -> Vec<String> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/axe.min.js");
     let Ok(source) = std::fs::read_to_string(&file) else {
         eprintln!("skipped: no axe-core (scripts/setup-browser brings it)");
@@ -147,7 +147,7 @@ async fn in_the_dark(c: &Client, name: &str) {
     js(c, theme, vec![json!("light")]).await;
 }
 
-async fn screenshot(c: &Client, name: &str, width: u32) {
+pub async fn screenshot(c: &Client, name: &str, width: u32) {
     c.set_window_size(width, 1400).await.expect("the window can be sized");
     js(c, "scrollTo(0, 0);", vec![]).await;
     tokio::time::sleep(Duration::from_millis(400)).await;
@@ -166,7 +166,7 @@ async fn print_pdf(c: &Client, name: &str) {
     std::fs::write(folder.join(format!("{name}.pdf")), pdf).expect("written");
 }
 
-async fn no_sideways_scroll(c: &Client, name: &str) {
+pub async fn no_sideways_scroll(c: &Client, name: &str) {
     let over = js(c, "return document.documentElement.scrollWidth - document.documentElement.clientWidth;", vec![]).await;
     assert!(over.as_f64().is_some_and(|o| o <= 1.0), "{name}: the page is {over} px wider than the window");
 }
@@ -242,7 +242,7 @@ async fn one_moment_in_all_charts(c: &Client) {
     }
 }
 
-fn runtime() -> tokio::runtime::Runtime {
+pub fn runtime() -> tokio::runtime::Runtime {
     tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime")
 }
 

@@ -14,6 +14,7 @@ use crate::inference::posterior::Fit;
 use crate::likelihood::Problem;
 use crate::model::parameters::{N_CALIBRATION, NINETY, STATED, State, law};
 use crate::model::reported_numbers::{Number, reported_numbers};
+use crate::model::sensor_findings::is_at_bound;
 use hydro::effects::ForceModel;
 use hydro::glide::{Trim, best, steady};
 use hydro::{Flow, Polar};
@@ -66,7 +67,10 @@ impl FourParts {
     pub(super) fn of(problem: &Problem, fit: &Fit, error_m_s: f64) -> Self {
         let vehicle = problem.vehicle;
         let left: [f64; STATED] = std::array::from_fn(|i| fit.covariance[(i, i)].max(0.0).sqrt());
-        let moved = reported_numbers(vehicle, &fit.state, &left, |_| None);
+        let mut moved = reported_numbers(vehicle, &fit.state, &left, |_| None);
+        // What the fit pressed against the end of what is possible has no interval.
+        let pressed = |k: &usize| is_at_bound(vehicle, &fit.state, *k);
+        (0..STATED.min(moved.len())).filter(pressed).for_each(|k| moved[k].tolerance = None);
         Self { moved, hidden: hidden(problem, fit, error_m_s), polar: polar(vehicle, fit), worth: worth(vehicle, fit) }
     }
 

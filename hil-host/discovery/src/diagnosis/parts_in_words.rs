@@ -90,12 +90,14 @@ impl FourParts {
         let Some(w) = self.worth else {
             return "not known: there is no glide at the file's best pitch by the refitted polar, or no refit".into();
         };
-        let gain = format!("{:.1} % of range in still water (90 %: {:.1} to {:.1})", 100.0 * w.gain, 100.0 * w.low, 100.0 * w.high);
+        let [gain, low, high] = [w.gain, w.low, w.high].map(|v| 100.0 * v);
+        let gain = format!("{gain:.1} % of range in still water over the file's best pitch (90 %: {low:.1} to {high:.1})");
         if w.high < WORTH_AN_UPLOAD {
             return format!("a table of the refitted polar gains {gain}: the one flown is as good");
         }
+        // In the default world the table of another vehicle loses range.
         format!(
-            "a table of the refitted polar gains {gain}: `glider calibrate` or `glider add` writes the vehicle, `glider table` its table, `glider fly --table` flies it"
+            "a table of the refitted polar gains {gain}: `glider calibrate` or `glider add` with --out learnt.json writes the vehicle, `glider fly --mission sea --world learnt.json --table learnt.json --beside` with the old vehicle file flies both tables in its world"
         )
     }
 

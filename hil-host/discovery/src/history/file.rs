@@ -269,7 +269,8 @@ impl History {
         let bad = |line: usize, why: String| format!("{}, line {line}: {why}", path.display());
         let mut lines = text.lines().enumerate().map(|(i, l)| (i + 1, l)).filter(|(_, l)| !l.trim().is_empty());
         let (number, first) = lines.next().ok_or_else(|| bad(1, "is empty; glider calibrate writes a history".into()))?;
-        let head: Head = serde_json::from_str(first).map_err(|e| bad(number, format!("is no head of a history ({e})")))?;
+        let head: Head = serde_json::from_str(first)
+            .map_err(|e| bad(number, format!("is no head of a history, which `glider calibrate` writes ({e})")))?;
         if head.schema != SCHEMA || head.model != MODEL {
             let why =
                 format!("is `{}`, model {}; expected `{SCHEMA}`, model {MODEL}: calibrate again from the logs", head.schema, head.model);

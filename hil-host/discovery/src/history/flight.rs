@@ -181,6 +181,9 @@ pub fn judged(flight: &Flight, vehicle: &Vehicle, notes: &mut Vec<String>) -> Op
 /// # Errors
 /// What is wrong, and where.
 pub fn read(path: &Path) -> Result<History, String> {
+    if !path.exists() {
+        return Err(format!("{}: no such history; `glider calibrate` writes one beside the vehicle file", path.display()));
+    }
     let text = bounded::text(path, bounded::DOCUMENT).map_err(|e| format!("{}: {e}", path.display()))?;
     History::parse(&text, path)
 }
@@ -272,7 +275,11 @@ impl Said {
     pub fn moved_in_words(&self) -> String {
         let far = |i: &usize| self.judgement.moved[*i].0.abs() > NINETY * self.judgement.moved[*i].1;
         let all: Vec<String> = (0..NUMBERS).filter(far).map(|i| self.in_words(i, self.judgement.moved[i])).collect();
-        if all.is_empty() { "no number moved beyond its interval".into() } else { format!("what moved: {}", all.join("; ")) }
+        if all.is_empty() {
+            "no number moved from the earlier dives beyond its interval".into()
+        } else {
+            format!("what moved: {}", all.join("; "))
+        }
     }
 
     fn in_words(&self, number: usize, of: (f64, f64)) -> String {
@@ -304,10 +311,9 @@ impl Said {
             By::History(_) => format!("the last {} quiet dives of this vehicle", self.controls),
             By::OwnSegments => format!("the flight's own {} earlier segments (`glider timeline` judges each of them)", self.controls),
             By::Nothing => {
-                return format!(
-                    "Without a history: {}. Three earlier dives of this vehicle (glider calibrate) would tell whether that is a change.",
-                    self.moved_in_words()
-                );
+                // What moved is said by the fit of all rows: steady glides alone give other numbers.
+                return "Without a history: three earlier dives of this vehicle (glider calibrate) would tell whether what moved is a change."
+                    .into();
             }
         };
         if let Some((d, _)) = j.departs {

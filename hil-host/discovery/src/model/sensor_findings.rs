@@ -43,7 +43,7 @@ pub fn sensor_findings(
 }
 
 /// Whether a calibration number has come to the end of what is possible: it has no interval there.
-fn is_at_bound(vehicle: &Vehicle, state: &State, k: usize) -> bool {
+pub(crate) fn is_at_bound(vehicle: &Vehicle, state: &State, k: usize) -> bool {
     let z = state.calibration[k];
     z != 0.0 && bounds(vehicle, k).is_some_and(|(low, high)| z <= low || z >= high)
 }
@@ -51,7 +51,8 @@ fn is_at_bound(vehicle: &Vehicle, state: &State, k: usize) -> bool {
 /// Nuisances that have come to the end of what is possible: the flight does not determine them, in words.
 #[must_use]
 pub fn not_determined(vehicle: &Vehicle, state: &State) -> Option<String> {
-    let what = |k: usize| PARAMETERS[k].of_sensor().filter(|_| is_at_bound(vehicle, state, k)).map(|(what, ..)| what);
+    let named = |k: usize| PARAMETERS[k].of_sensor().map_or(PARAMETERS[k].name, |(what, ..)| what);
+    let what = |k: usize| is_at_bound(vehicle, state, k).then(|| named(k));
     let said: Vec<&str> = (0..BATTERY_MASS).filter_map(what).collect();
     (!said.is_empty()).then(|| format!("at the end of what is possible, so not determined by this flight: {}", said.join("; ")))
 }

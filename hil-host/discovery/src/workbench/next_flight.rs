@@ -144,10 +144,12 @@ struct MenuLeg {
 fn tied(d: &Diagnosis) -> Vec<Hypothesis> {
     let mut tied: Vec<Hypothesis> = Vec::new();
     let wanted = d.equivalent.len().max(2);
-    for c in d.equivalent.iter().filter_map(|e| d.candidates.iter().find(|c| c.effects == *e)).chain(&d.candidates) {
-        // A wave's phase on another day is unknown: no plan can be made for it.
+    let ranked = || d.equivalent.iter().filter_map(|e| d.candidates.iter().find(|c| c.effects == *e)).chain(&d.candidates);
+    // A wave's phase on another day is unknown: legs are planned without it, and tell apart what stands with a wave or what stands without.
+    let with_wave = ranked().next().is_some_and(|c| c.state.wave.is_some());
+    for c in ranked() {
         let known = tied.iter().any(|t| t.0 == c.effects);
-        if !known && c.state.wave.is_none() && c.log_odds.is_finite() && tied.len() < wanted {
+        if !known && c.state.wave.is_some() == with_wave && c.log_odds.is_finite() && tied.len() < wanted {
             tied.push((c.effects.clone(), c.state.clone()));
         }
     }
@@ -341,8 +343,8 @@ impl Plan {
     #[must_use]
     pub fn mission(&self, wings: &str) -> String {
         let names: Vec<String> = self.tied.iter().map(|t| t.join(" with ")).collect();
-        let mut out =
-            format!("# Written by glider next-flight: tells apart {}\nwings = \"{wings}\"\nmax_duration_h = 24\n", names.join(", "));
+        // Without a limit a mission may last as long as its legs take: six dives to 900 m are two days.
+        let mut out = format!("# Written by glider next-flight: tells apart {}\nwings = \"{wings}\"\n", names.join(", "));
         let mut legs = self.legs.clone();
         legs.sort_by(|a, b| a.pitch_rad.total_cmp(&b.pitch_rad).then(a.ballast_m3.total_cmp(&b.ballast_m3)));
         for dives in legs.chunk_by(|a, b| a == b) {

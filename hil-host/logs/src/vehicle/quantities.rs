@@ -10,7 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::record::csv::ReadError;
-use crate::vehicle::text::below;
+use crate::vehicle::text::{below, column_of};
 
 /// One number as the file gives it.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -55,8 +55,8 @@ impl Document {
     pub(super) fn parse(text: &str, path: &Path) -> Result<Self, ReadError> {
         let mut doc = Self { path: path.to_path_buf(), entries: BTreeMap::new(), taken: Vec::new() };
         let root = DeTable::parse(text).map_err(|e| {
-            let line = e.span().map_or(0, |s| line_of(text, s.start));
-            doc.bad(line, "syntax", e.message().to_string())
+            let (line, column) = e.span().map_or((0, 0), |s| (line_of(text, s.start), column_of(text, s.start)));
+            doc.bad(line, &column.to_string(), e.message().to_string())
         })?;
         doc.walk(text, "", root.into_inner())?;
         Ok(doc)

@@ -47,7 +47,10 @@ pub(super) fn document(text: &str, path: &Path) -> Result<Value, ReadError> {
     };
     if path.extension().is_some_and(|e| e == "toml") {
         let line = |start: usize| 1 + text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count();
-        let refused = |e: toml::de::Error| bad(e.span().map_or(0, |s| line(s.start)), "syntax", e.message().to_string());
+        let refused = |e: toml::de::Error| {
+            let (line, column) = e.span().map_or((0, 0), |s| (line(s.start), column_of(text, s.start)));
+            bad(line, &column.to_string(), e.message().to_string())
+        };
         if let Some((key, start, number)) = not_finite(DeTable::parse(text).map_err(refused)?.get_ref(), "") {
             return Err(bad(line(start), &key, format!("is {number}, which is not finite; expected a number, or no such key")));
         }
@@ -57,8 +60,16 @@ pub(super) fn document(text: &str, path: &Path) -> Result<Value, ReadError> {
     let seen = Unique { twice: &twice, key: String::new() }.deserialize(&mut serde_json::Deserializer::from_str(text));
     match (seen, twice.take()) {
         (Err(e), Some(key)) => Err(bad(e.line(), &key, "stands here a second time: which one is meant? Take the other out".into())),
-        _ => serde_json::from_str(text).map_err(|e| bad(e.line(), "syntax", e.to_string())),
+        _ => serde_json::from_str(text).map_err(|e| {
+            let (what, place) = (e.to_string(), format!(" at line {} column {}", e.line(), e.column()));
+            bad(e.line(), &e.column().to_string(), what.trim_end_matches(&place).to_owned())
+        }),
     }
+}
+
+/// Column of a place in a text, the first is 1.
+pub(super) fn column_of(text: &str, at: usize) -> usize {
+    1 + text.get(..at).unwrap_or(text).chars().rev().take_while(|c| *c != '\n').count()
 }
 
 pub(super) fn below(prefix: &str, name: &str) -> String {

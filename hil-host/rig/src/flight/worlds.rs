@@ -262,6 +262,14 @@ mod tests {
     }
 
     #[test]
+    fn regress_the_wings_of_a_truth_file_are_named_as_its_page_says() {
+        for (name, wings) in [("standard", Wings::Standard), ("low-ar", Wings::LowAspectRatio)] {
+            assert!(PAGE.contains(&format!("\"{name}\"")));
+            assert_eq!(Scenario::from_toml(&format!("wings = \"{name}\"\n")).expect("a truth file").wings, wings);
+        }
+    }
+
+    #[test]
     fn validate_the_example_of_the_page_is_a_truth_file() {
         let toml = PAGE.split("```toml truth.toml").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
         let scenario = Scenario::from_toml(toml).expect("a truth file");

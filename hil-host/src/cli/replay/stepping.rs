@@ -100,6 +100,8 @@ pub fn shown(
     output: &Output,
 ) -> anyhow::Result<Verdict> {
     let watched = watched(watch)?;
+    let end_s = record.steps.len().checked_sub(1).map_or(0.0, |last| record.time_s(last));
+    anyhow::ensure!((0.0..=end_s).contains(&at_s), "--at {at_s}: from 0 to {end_s}, the last cycle of the record, s");
     let mut stepper = Stepper::new(record, table)?;
     stepper.seek(record.index(at_s));
     let mut rows = Vec::new();

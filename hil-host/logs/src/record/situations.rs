@@ -16,6 +16,8 @@ const LYING_S: f64 = 150.0;
 /// Rows further apart say nothing of what stands between them, s; and so many show that it does.
 const JOINED_S: f64 = 60.0;
 const LEAST_ROWS: usize = 6;
+/// So much deeper it may come before it leaves the ground, Pa (guess: on a slope, 5 m).
+const SLIDES_PA: f64 = 5e4;
 /// Afloat or in a turn near the surface, Pa.
 const SUNK_PA: f64 = 5e4;
 /// Of the pump's way from sinking to rising: below it the vehicle is heavy, above it may hover (guess).
@@ -135,12 +137,14 @@ fn on_the_sea_bed(flight: &Flight) -> Vec<Range<usize>> {
         let ballast = flight.ballast_m3[start..end].iter().filter(|v| v.is_finite());
         let heavy = rests && rises > sinks && ballast.clone().sum::<f64>() / (ballast.count() as f64) < heavy_m3;
         if heavy {
-            // As it comes down and lifts off, and behind a wrong pressure now and then.
-            let rests = |i: usize| flight.segment[i] == flight.segment[start] && (low - STILL_PA..=high + STILL_PA).contains(&p[i]);
-            let more = (end..flight.len()).take_while(|i| rests(*i) || rests((i + 1).min(flight.len() - 1))).last();
-            end = more.map_or(end, |last| last + 1);
+            // As it comes down and lifts off, and behind a wrong pressure now and then; while its pump works it turns and slides deeper.
+            let rests = |i: usize, deeper_pa: f64| {
+                flight.segment[i] == flight.segment[start] && (low - STILL_PA..=high + deeper_pa).contains(&p[i])
+            };
+            let leaves = |i: usize| rests(i, SLIDES_PA) || rests((i + 1).min(flight.len() - 1), SLIDES_PA);
+            end = (end..flight.len()).take_while(|i| leaves(*i)).last().map_or(end, |last| last + 1);
             let before = out.last().map_or(0, |r| r.end);
-            let first = (before..start).rev().take_while(|i| rests(*i)).last().unwrap_or(start);
+            let first = (before..start).rev().take_while(|i| rests(*i, STILL_PA)).last().unwrap_or(start);
             out.push(first..end);
         }
         start = if rests { end } else { start + 1 };
@@ -203,6 +207,13 @@ mod tests {
         };
         let (left, said) = lying(-2e-4, 500..600);
         assert!((895..=900).contains(&left) && said.contains("on the sea bed in 10") && said.contains("segments (2)"), "{left}: {said}");
+        // It slides three metres down a slope while it pumps: not before it rises is it a glide.
+        let mut f = made();
+        for i in 500..600 {
+            (f.pressure_pa[i], f.ballast_m3[i]) = (if i < 580 { 6e5 } else { 6e5 + 3e4 }, if i < 580 { -2e-4 } else { 2e-4 });
+        }
+        leave_out(&mut f).expect("rows");
+        assert!((895..=900).contains(&f.len()), "{}", f.len());
         assert_eq!(lying(0.0, 500..600), (1000, String::new()), "it hovers");
         assert_eq!(lying(-2e-4, 500..520), (1000, String::new()), "a slow turn");
     }

@@ -76,8 +76,10 @@ impl FourParts {
 
     /// Sets what could hide of effects to what something else than these fits judges them by.
     pub(super) fn set_hidden(&mut self, least: impl Iterator<Item = (&'static str, f64)>) {
-        for (effect, least) in least {
-            self.hidden.iter_mut().filter(|h| h.effect == effect).for_each(|h| h.least = least);
+        for (name, least) in least {
+            let Some(p) = catalogue::by_name(name).map(|effect| &effect.parameters[0]) else { continue };
+            let least = if least <= possible(p.off, (p.low, p.high)) { least } else { f64::INFINITY };
+            self.hidden.iter_mut().filter(|h| h.effect == name).for_each(|h| h.least = least);
         }
         most_first(&mut self.hidden);
     }
@@ -86,6 +88,11 @@ impl FourParts {
     pub fn changed(&self) -> impl Iterator<Item = &Number> {
         self.moved.iter().filter(|n| n.interval().is_some_and(|(low, high)| n.value[0] < low || n.value[0] > high))
     }
+}
+
+/// The largest size that an effect may have.
+fn possible(off: f64, (low, high): (f64, f64)) -> f64 {
+    (high - off).max(off - low)
 }
 
 /// Sorts by what could hide, in usual sizes.
@@ -106,9 +113,7 @@ fn hidden(problem: &Problem, fit: &Fit, error_m_s: f64) -> Vec<Hidden> {
             let log_prior = log_size_prior(problem, effect, p.off + least, sigma) + sigma.ln() + 0.5 * (2.0 * PI).ln();
             least = sigma * ((2.0 * (asked - log_prior).max(0.0)).sqrt() + NINETY);
         }
-        let (low, high) = problem.size_limits(effect);
-        let possible = (high - p.off).max(p.off - low);
-        let least = if least <= possible { least } else { f64::INFINITY };
+        let least = if least <= possible(p.off, problem.size_limits(effect)) { least } else { f64::INFINITY };
         out.push(Hidden { effect: effect.name, parameter: p.name, unit: p.unit, least, typical: p.typical });
     }
     most_first(&mut out);

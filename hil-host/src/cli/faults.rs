@@ -10,6 +10,7 @@ use control::mutant::Mutant;
 use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
 use report::report;
 use rig::campaign::blocks::{Block, plan, ranges, verdicts};
+use rig::campaign::breaks::{healing, hidden_leak};
 use rig::campaign::lattice::{Case, SEEDS, cases, spread};
 use rig::campaign::{self, healthy::Flight, through_seat};
 use rig::seats::Choice;
@@ -64,6 +65,12 @@ pub struct Args {
     /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
     #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample"])]
     healthy: Option<u64>,
+    /// Fly this many slow leaks behind a dead detector instead, in shallow, edge and random water.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample", "healthy"])]
+    leaks: Option<u64>,
+    /// Fly this many random missions with one fault that heals within two minutes instead.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample", "healthy", "leaks"])]
+    healing: Option<u64>,
     /// Break the law instead, one watch at a time, and count how often the campaign notices; --sample: missions for each besides those
     /// with the faults that the watch is there for [default: 1000].
     #[arg(long, conflicts_with_all = ["healthy"])]
@@ -102,6 +109,8 @@ struct Plan {
     random: Option<u64>,
     only: Option<String>,
     healthy: Option<u64>,
+    leaks: Option<u64>,
+    healing: Option<u64>,
     seat: String,
 }
 
@@ -136,7 +145,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         return own_parts::missions(args, output);
     }
     let (sample, random, only) = (args.sample, args.random, args.only.clone());
-    let plan = Plan { seed: args.seed, sample, random, only, healthy: args.healthy, seat: choice.to_string() };
+    let plan = Plan { seed: args.seed, sample, random, only, healthy: args.healthy, leaks: args.leaks, healing: args.healing, seat: choice.to_string() };
     let files = (args.out.as_deref(), args.html.as_path());
     let session = Session::open(&args.shards, ("faults", &json!(plan)), files, args.jobs, output)?;
     fly(&plan, &session, &To { out: args.out.as_deref(), html: &args.html, list: args.list }, args, output)
@@ -174,6 +183,12 @@ fn fly(plan: &Plan, session: &Session, to: &To, args: &Args, output: &Output) ->
 impl Plan {
     /// Its missions.
     fn blocks(&self, choice: &Choice) -> anyhow::Result<Vec<Block>> {
+        if let Some(n) = self.leaks {
+            return Ok(plan(&self.numbers(n).map(hidden_leak).collect::<Vec<_>>(), 0..0));
+        }
+        if let Some(n) = self.healing {
+            return Ok(plan(&self.numbers(n).map(healing).collect::<Vec<_>>(), 0..0));
+        }
         let in_seat = *choice != Choice::InProcess;
         let mut chosen: Vec<Case> = cases();
         for case in &mut chosen {

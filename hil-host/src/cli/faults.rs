@@ -31,7 +31,7 @@ const LEAST_SCORE: f64 = 0.95;
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  glider faults\n  glider faults --resume                                  (goes on after Ctrl-C or a break)\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
-glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n  glider faults --shard 2/8 --out part2.json              (the second of eight machines)\n  glider faults merge part*.json --out out/faults.json\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
+glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --leaks 600\n  glider faults --healing 2000\n  glider faults --mutation\n  glider faults --shard 2/8 --out part2.json              (the second of eight machines)\n  glider faults merge part*.json --out out/faults.json\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
 each ends on the board's own parts as on frames; --bus disturbs its buses: no hang, no reading of what is not there.\n\
 A mission that nobody could bring home (pump and weight less the load at rest, or the best moves five minutes after the fault) is set\n\
 apart under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
@@ -145,7 +145,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         return own_parts::missions(args, output);
     }
     let (sample, random, only) = (args.sample, args.random, args.only.clone());
-    let plan = Plan { seed: args.seed, sample, random, only, healthy: args.healthy, leaks: args.leaks, healing: args.healing, seat: choice.to_string() };
+    let plan = Plan {
+        seed: args.seed,
+        sample,
+        random,
+        only,
+        healthy: args.healthy,
+        leaks: args.leaks,
+        healing: args.healing,
+        seat: choice.to_string(),
+    };
     let files = (args.out.as_deref(), args.html.as_path());
     let session = Session::open(&args.shards, ("faults", &json!(plan)), files, args.jobs, output)?;
     fly(&plan, &session, &To { out: args.out.as_deref(), html: &args.html, list: args.list }, args, output)

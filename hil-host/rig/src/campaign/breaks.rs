@@ -62,7 +62,9 @@ pub fn healing(number: u64) -> Case {
     let mut dice = Dice::new(number, 2001);
     let mut case = drawn(number, Water::Drawn, signals::Wings::Standard);
     let span_s = f64::from(case.mission().least_duration_s());
-    let leaves = |f: &Fault| matches!((f.target, f.kind), (Target::Hull, Kind::Leak) | (Target::Release, Kind::Spurious) | (Target::Power, Kind::BrownOut));
+    let leaves = |f: &Fault| {
+        matches!((f.target, f.kind), (Target::Hull, Kind::Leak) | (Target::Release, Kind::Spurious) | (Target::Power, Kind::BrownOut))
+    };
     let fault = std::iter::repeat_with(|| one(&mut dice, span_s)).flatten().find(|f| !leaves(f));
     case.faults = fault.map(|f| f.lasting(dice.between(HEALS_S.0, HEALS_S.1).round())).into_iter().collect();
     case

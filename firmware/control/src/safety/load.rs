@@ -111,3 +111,75 @@ impl LoadWatch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::LoadWatch;
+    use crate::config::Config;
+    use crate::safety::{Verdict, Watch};
+    use crate::senses::Seen;
+    use signals::{Abort, ActuatorCommand, Micros, Phase, SensorFrame};
+
+    /// What is judged after 80 s of a glide, with these shares of the pump's range as its drive and as the load on the vehicle.
+    fn judged(drive: f32, load: f32, depth_m: f32, unguarded: bool) -> (Verdict, LoadWatch) {
+        let (config, frame, commanded, mut watch) =
+            (Config::default(), SensorFrame::default(), ActuatorCommand::default(), LoadWatch::default());
+        let table_m_s = 0.2;
+        let net = (load - drive) / drive.abs();
+        let seen = Seen { dt_s: 4.0, depth_m, rate_m_s: table_m_s * net.signum() * net.abs().sqrt(), ..Seen::default() };
+        let w = Watch {
+            config: &config,
+            clock: Micros(0),
+            seen: &seen,
+            frame: &frame,
+            commanded: &commanded,
+            ballast_m3: drive * config.pump_m3,
+            table_rate_m_s: Some(table_m_s),
+            phase: if drive > 0.0 { Phase::Climb } else { Phase::Dive },
+            leg_max_m: 190.0,
+            max_duration_s: 10_000,
+            climb_stalled: false,
+            no_way_turns: 0,
+            bottom_turns: 0,
+        };
+        let mut v = Verdict::default();
+        for _ in 0..20 {
+            v = Verdict { unguarded, ..Verdict::default() };
+            watch.watch(&w, &mut v);
+        }
+        (v, watch)
+    }
+
+    #[test]
+    fn regress_a_suspected_load_is_weighed_and_a_certain_one_is_dropped() {
+        // In a dive: nothing, weighed, weighed and home without a detector, the weight at once.
+        let (light, _) = judged(-1.0, 0.75, 100.0, false);
+        assert_eq!(light, Verdict::default());
+        let (weighed, watch) = judged(-1.0, 0.85, 100.0, false);
+        assert!(weighed.climb && weighed.pump_full && !weighed.homeward && weighed.abort.is_none(), "{weighed:?}");
+        assert!(watch.full && watch.loaded);
+        let (home, _) = judged(-1.0, 0.65, 100.0, true);
+        assert!(home.climb && home.homeward && home.abort.is_none(), "{home:?}");
+        let (certain, _) = judged(-1.0, 1.25, 100.0, false);
+        assert!(certain.abort == Some(Abort::Stalled) && certain.pump_loses, "{certain:?}");
+        // Nearer to the surface than the release takes: the way up comes first.
+        let (shallow, _) = judged(-1.0, 1.25, 20.0, false);
+        assert!(shallow.climb && shallow.abort.is_none() && !shallow.loaded, "{shallow:?}");
+    }
+
+    #[test]
+    fn regress_a_climb_on_part_of_the_pump_takes_all_of_it_before_the_weight() {
+        for (drive, load, full, weight) in [
+            (0.5, 0.35, false, false),
+            (0.5, 0.45, true, false),
+            (1.0, 0.75, false, false),
+            (1.0, 0.9, false, true),
+            (0.5, 1.3, false, true),
+        ] {
+            let (v, watch) = judged(drive, load, 100.0, false);
+            assert_eq!((watch.full, v.pump_loses, v.abort.is_some()), (full, weight, weight), "{drive} {load}: {v:?}");
+        }
+        let (v, watch) = judged(1.0, 1.3, 20.0, false);
+        assert!(watch.full && v.abort.is_none(), "near the surface the way up comes first: {v:?}");
+    }
+}

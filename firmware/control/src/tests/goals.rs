@@ -58,6 +58,46 @@ fn validate_levels_that_are_learned_apart_take_two_steep_dives() {
     assert_eq!(steep, [1, 2], "{apart:?}");
 }
 
+/// The law over four dives with this surfacing, what it is shown changed: the answers.
+fn law(every: u16, spoil: impl FnMut(f64, &mut SensorFrame)) -> Vec<Answer> {
+    let config = Config::default();
+    let mission = mission(&[Leg { dives: 4, ..Leg::default() }], every);
+    let table = polar::builtin(mission.wings).ok();
+    let mut state = State::new(&config, mission, Micros(0));
+    fly(&config, |f| step(&config, table.as_ref(), &mut state, f.time, f), spoil)
+}
+
+/// Times that the shore was called before the end.
+fn calls(answers: &[Answer]) -> usize {
+    answers.windows(2).filter(|w| w[0].trace.phase != Phase::Comms && w[1].trace.phase == Phase::Comms).count()
+}
+
+#[test]
+fn validate_the_surface_is_reached_as_often_as_ordered() {
+    for (every, expected) in [(0, 0), (1, 3), (2, 1), (3, 1)] {
+        let answers = law(every, |_, _| ());
+        let last = answers.last().expect("flew").trace;
+        assert_eq!((last.phase, last.dives, last.abort, calls(&answers)), (Phase::Done, 4, None, expected), "every {every}");
+    }
+}
+
+#[test]
+fn validate_a_lost_second_depth_ends_the_mission_afloat_unless_it_comes_back() {
+    for (until_s, whole) in [(f64::INFINITY, false), (500.0, true)] {
+        for heard in [true, false] {
+            let answers = law(2, |t, f| {
+                if t > 400.0 && t < until_s {
+                    f.depth2_m = Reading::Missing;
+                }
+                f.surface.comms &= heard;
+                f.surface.gps_fix &= heard;
+            });
+            let last = answers.last().expect("flew").trace;
+            assert_eq!((last.phase, last.abort, last.dives == 4), (Phase::Done, None, whole), "until {until_s}, heard {heard}: {last:?}");
+        }
+    }
+}
+
 #[test]
 fn validate_the_stock_controller_flies_its_legs_and_aborts_for_three_causes() {
     let config = Config::default();

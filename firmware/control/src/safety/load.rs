@@ -126,7 +126,7 @@ mod tests {
             (Config::default(), SensorFrame::default(), ActuatorCommand::default(), LoadWatch::default());
         let table_m_s = 0.2;
         let net = (load - drive) / drive.abs();
-        let seen = Seen { dt_s: 4.0, depth_m, rate_m_s: table_m_s * net.signum() * net.abs().sqrt(), ..Seen::default() };
+        let seen = Seen { dt_s: 4.0, depth_m, rate_m_s: table_m_s * net.signum() * crate::angle::sqrt(net.abs()), ..Seen::default() };
         let w = Watch {
             config: &config,
             clock: Micros(0),

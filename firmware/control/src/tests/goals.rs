@@ -33,7 +33,7 @@ fn pitches(config: &Config, goal: Goal, dives: u16) -> Vec<f32> {
     let last = answers.last().expect("flew").trace;
     assert_eq!((last.phase, last.dives, last.abort), (Phase::Done, dives, None), "{goal:?}");
     let of = |dive: u16| answers.iter().filter(move |a| a.trace.phase == Phase::Dive && a.trace.dives == dive);
-    (0..dives).map(|dive| of(dive).last().map_or(0.0, |a| a.trace.pitch_setpoint_rad.abs())).collect()
+    (0..dives).map(|dive| of(dive).next_back().map_or(0.0, |a| a.trace.pitch_setpoint_rad.abs())).collect()
 }
 
 #[test]

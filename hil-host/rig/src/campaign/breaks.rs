@@ -43,8 +43,8 @@ pub fn draw_of(kinds: &[(Target, Kind)], mission: u64, which: u64, span_s: f64) 
 pub fn hidden_leak(number: u64) -> Case {
     let mut dice = Dice::new(number, 2000);
     let water = [Water::Shallow, Water::Edge, Water::Drawn][(number % 3) as usize];
-    let wings = if number / 3 % 2 == 0 { signals::Wings::Standard } else { signals::Wings::LowAspectRatio };
-    let detector = if number / 6 % 2 == 0 { Kind::Off } else { Kind::Stuck };
+    let wings = if (number / 3).is_multiple_of(2) { signals::Wings::Standard } else { signals::Wings::LowAspectRatio };
+    let detector = if (number / 6).is_multiple_of(2) { Kind::Off } else { Kind::Stuck };
     let mut case = drawn(number, water, wings);
     let span_s = 0.5 * f64::from(case.mission().least_duration_s());
     let leak = Fault::new(Target::Hull, Kind::Leak).map(|f| Fault {
@@ -98,4 +98,20 @@ fn sized(dice: &mut Dice, target: Target, kind: Kind, span_s: f64) -> Option<Fau
     // Whole seconds: what is printed is what was flown.
     let fault = Fault { size: (size * 1e8).round() / 1e8, delay_s: (dice.unit() * span_s).round(), ..fault };
     Some(if ends || held { fault.lasting(duration_s.round()) } else { fault })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_hidden_leaks_are_slow_and_what_heals_is_over_in_two_minutes() {
+        for number in 0..60 {
+            let leak = hidden_leak(number);
+            let [hull, detector] = leak.faults[..] else { panic!("{leak:?}") };
+            assert!((5.0..=50.0).contains(&hull.size) && detector.target == Target::LeakDetector, "{leak:?}");
+            let heals = healing(number);
+            assert!(heals.faults.len() == 1 && heals.faults[0].duration_s.is_some_and(|s| s <= 120.0), "{heals:?}");
+        }
+    }
 }

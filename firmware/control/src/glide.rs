@@ -71,7 +71,8 @@ const MASS_WAY_M: f32 = 0.02;
 const TURN_S: f32 = 20.0;
 
 /// Energy that pump and battery mass take for one dive and climb, J.
-pub(crate) fn dive_j(config: &Config, leg: &Leg) -> f32 {
+#[must_use]
+pub fn dive_j(config: &Config, leg: &Leg) -> f32 {
     let moved_m3 = 2.0 * leg.ballast_m3;
     let pump_s = moved_m3 / config.pump_rate_m3_s;
     let running_w = PUMP_W.0 * sqrt(sqrt(sqrt(config.pump_rate_m3_s / PUMP_W.1)));

@@ -44,6 +44,8 @@ mod turn;
 mod voyage;
 pub mod waits;
 
+pub use glide::dive_j;
+
 pub use config::{Config, ConfigError, Hull, PitchSensor, Settings, TrimLaw};
 
 use backup::{Backup, Limits};

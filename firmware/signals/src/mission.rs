@@ -225,8 +225,15 @@ mod tests {
         assert_eq!(with(Leg { depth_min_m: f32::INFINITY, ..d }), Err(MissionError::DepthBand(0)));
         assert_eq!(with(Leg { ballast_m3: 1.0, ..d }), Err(MissionError::Ballast(0)));
         assert_eq!(with(Leg { goal: Goal::FixedPitch { pitch_rad: f32::NAN }, ..d }), Err(MissionError::Goal(0)));
+        assert_eq!(with(Leg { ballast_m3: 1e-6, ..d }), Err(MissionError::Ballast(0)));
+        assert_eq!(with(Leg { depth_min_m: -1.0, ..d }), Err(MissionError::DepthBand(0)));
+        assert_eq!(with(Leg { depth_max_m: d.depth_min_m + 1.0, ..d }), Err(MissionError::DepthBand(0)));
         assert_eq!(with(Leg { heading_rad: 1e38, ..d }), Err(MissionError::Goal(0)));
         let empty = Mission { legs: Default::default(), ..Mission::default() };
         assert_eq!(empty.validate(200.0, 250e-6), Err(MissionError::Empty));
+        for max_duration_s in [0, 60, 61 * 86_400] {
+            let mission = Mission { max_duration_s, ..Mission::default() };
+            assert!(mission.validate(200.0, 250e-6).is_err(), "{max_duration_s} s");
+        }
     }
 }

@@ -10,6 +10,7 @@ use control::mutant::Mutant;
 use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
 use report::report;
 use rig::campaign::blocks::{Block, plan, ranges, verdicts};
+use rig::campaign::breaks::{healing, hidden_leak};
 use rig::campaign::lattice::{Case, SEEDS, cases, spread};
 use rig::campaign::{self, healthy::Flight, through_seat};
 use rig::seats::Choice;
@@ -30,7 +31,7 @@ const LEAST_SCORE: f64 = 0.95;
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  glider faults\n  glider faults --resume                                  (goes on after Ctrl-C or a break)\n  glider faults --sample 500 --seed 3\n  glider faults --only depth:stuck --list\n  \
-glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --mutation\n  glider faults --shard 2/8 --out part2.json              (the second of eight machines)\n  glider faults merge part*.json --out out/faults.json\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
+glider faults --seat qemu --sample 200\n  glider faults --html out/faults.html --out out/faults.json\n  glider faults --healthy 20000\n  glider faults --leaks 600\n  glider faults --healing 2000\n  glider faults --mutation\n  glider faults --shard 2/8 --out part2.json              (the second of eight machines)\n  glider faults merge part*.json --out out/faults.json\n  glider faults --seat parts --sample 500\n  glider faults --bus 100000\n\nWith --seat the sample is flown through that seat and in this process; verdicts and actuator streams must be equal. With --seat parts\n\
 each ends on the board's own parts as on frames; --bus disturbs its buses: no hang, no reading of what is not there.\n\
 A mission that nobody could bring home (pump and weight less the load at rest, or the best moves five minutes after the fault) is set\n\
 apart under no_means_left and owes an abort, full buoyancy and the weight; every other one has to come home.\n\
@@ -64,6 +65,12 @@ pub struct Args {
     /// Fly this many random missions with healthy vehicles instead; each has to be flown to its end.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["only", "sample"])]
     healthy: Option<u64>,
+    /// Fly this many slow leaks behind a dead detector instead, in shallow, edge and random water.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample", "healthy"])]
+    leaks: Option<u64>,
+    /// Fly this many random missions with one fault that heals within two minutes instead.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "sample", "healthy", "leaks"])]
+    healing: Option<u64>,
     /// Break the law instead, one watch at a time, and count how often the campaign notices; --sample: missions for each besides those
     /// with the faults that the watch is there for [default: 1000].
     #[arg(long, conflicts_with_all = ["healthy"])]
@@ -102,6 +109,8 @@ struct Plan {
     random: Option<u64>,
     only: Option<String>,
     healthy: Option<u64>,
+    leaks: Option<u64>,
+    healing: Option<u64>,
     seat: String,
 }
 
@@ -136,7 +145,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         return own_parts::missions(args, output);
     }
     let (sample, random, only) = (args.sample, args.random, args.only.clone());
-    let plan = Plan { seed: args.seed, sample, random, only, healthy: args.healthy, seat: choice.to_string() };
+    let plan = Plan {
+        seed: args.seed,
+        sample,
+        random,
+        only,
+        healthy: args.healthy,
+        leaks: args.leaks,
+        healing: args.healing,
+        seat: choice.to_string(),
+    };
     let files = (args.out.as_deref(), args.html.as_path());
     let session = Session::open(&args.shards, ("faults", &json!(plan)), files, args.jobs, output)?;
     fly(&plan, &session, &To { out: args.out.as_deref(), html: &args.html, list: args.list }, args, output)
@@ -174,6 +192,12 @@ fn fly(plan: &Plan, session: &Session, to: &To, args: &Args, output: &Output) ->
 impl Plan {
     /// Its missions.
     fn blocks(&self, choice: &Choice) -> anyhow::Result<Vec<Block>> {
+        if let Some(n) = self.leaks {
+            return Ok(plan(&self.numbers(n).map(hidden_leak).collect::<Vec<_>>(), 0..0));
+        }
+        if let Some(n) = self.healing {
+            return Ok(plan(&self.numbers(n).map(healing).collect::<Vec<_>>(), 0..0));
+        }
         let in_seat = *choice != Choice::InProcess;
         let mut chosen: Vec<Case> = cases();
         for case in &mut chosen {

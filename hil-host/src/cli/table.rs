@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
+use control::Config;
 use serde_json::json;
-use signals::Wings;
+use signals::{Leg, Wings};
 
 use super::{Output, Verdict};
 use crate::terminal::{say, table, wrapped};
@@ -60,22 +61,31 @@ fn write(out: &Path, built: &Tables) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Energy of pump and battery mass per metre of way at (L/D)max, the rest of the vehicle left out, J/m; default leg between 5 and 190 m.
+fn moving_j_per_m(built: &Built) -> f32 {
+    let leg = Leg { depth_min_m: 5.0, depth_max_m: 190.0, ..Leg::default() };
+    control::dive_j(&Config::for_depth(leg.depth_max_m), &leg) / (2.0 * (leg.depth_max_m - leg.depth_min_m) * built.spec.best_l_over_d)
+}
+
 /// The tables for a person.
 fn print(built: &Tables) {
-    let mut t = table(["wings", "table id", "(L/D)max", "at", "L/D", "C_L", "C_D", "best angle"]);
+    let mut t = table(["wings", "table id", "(L/D)max", "at", "J/m", "L/D", "C_L", "C_D", "best angle"]);
     for (b, m, _) in built {
         t.add_row([
             wings_name(m.wings).to_string(),
             format!("{:08x}", b.id()),
             format!("{:.3}", b.spec.best_l_over_d),
             format!("{:.2}°", b.spec.best_alpha_rad.to_degrees()),
+            format!("{:.2}", moving_j_per_m(b)),
             format!("{:.4} %", 100.0 * b.error.l_over_d),
             format!("{:.1e}", b.error.cl),
             format!("{:.1e} %", 100.0 * b.error.cd),
             format!("{:.4}°", b.error.best_alpha_rad.to_degrees()),
         ]);
     }
-    println!("{t}\nthe last four: largest error of the table against its vehicle file");
+    println!(
+        "{t}\nJ/m: pump and battery mass alone, 5-190 m; glider fly has that of a whole vehicle and of another goal. The last four: largest error of the table against its vehicle file"
+    );
     for (_, m, _) in built {
         say(&format!("{} wings: {}", wings_name(m.wings), m.name));
     }
@@ -136,7 +146,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             "wings": wings_name(m.wings), "vehicle": from, "vehicle_name": m.name, "vehicle_id": format!("{:08x}", m.id),
             "table_id": format!("{:08x}", t.id()), "bytes": t.bytes.len(), "points": tables::POINTS,
             "reference_area_m2": t.spec.area_m2, "alpha_max_rad": t.spec.alpha_max_rad,
-            "best_alpha_rad": t.spec.best_alpha_rad, "best_l_over_d": t.spec.best_l_over_d,
+            "best_alpha_rad": t.spec.best_alpha_rad, "best_l_over_d": t.spec.best_l_over_d, "moving_joule_per_m": moving_j_per_m(t),
             "l_over_d_error": t.error.l_over_d, "cl_error": t.error.cl, "cd_relative_error": t.error.cd,
             "pitch_sensor": {"zero_rad": m.pitch_sensor().zero_rad, "per_reading": m.pitch_sensor().per_reading},
             "best_alpha_error_rad": t.error.best_alpha_rad, "best_l_over_d_relative_error": t.error.best_l_over_d,

@@ -178,7 +178,7 @@ impl Release {
             && (!out || self.out_s >= if loaded { 2.0 * OUT_S } else { OUT_S });
         let all = w.ballast_m3 > 0.9 * w.config.pump_m3;
         if found && !aborted && !all {
-            self.sinking_s = 0.0; // what the climb's ballast did not do, all of it may
+            self.sinking_s = TRIAL_S; // what the climb's ballast did not do, all of it and a steep climb may
         }
         found
     }

@@ -120,3 +120,16 @@ fn a_vehicle_too_heavy_to_rise_glides_until_it_can_and_comes_home() {
     // Tail first it would sink at 0.11 m/s with this load.
     assert!(home && fired_s.is_some() && on_wings < 0.1, "{fired_s:?}: {on_wings} m/s on its wings");
 }
+
+#[test]
+fn regress_a_load_without_a_detector_is_weighed_and_dropped_in_time() {
+    for load_kg in [0.08, 0.22] {
+        let light = after(60.0, Switch::Clear, load_kg);
+        assert_eq!((light.abort, light.fired, light.home), (None, None, true), "{load_kg} kg are less than the pump lifts");
+    }
+    for load_kg in [0.28, 0.32] {
+        let heavy = after(60.0, Switch::Clear, load_kg);
+        assert!(heavy.home && heavy.abort == Some(Abort::Stalled), "{load_kg} kg: {heavy:?}");
+        assert!(heavy.fired.is_some_and(|n| n < 225), "within a quarter of an hour: {load_kg} kg: {heavy:?}");
+    }
+}

@@ -2,6 +2,7 @@
 
 mod bridging;
 mod flooding;
+mod goals;
 mod laws;
 mod slow_orders;
 mod toy;

@@ -97,6 +97,8 @@ pub struct Verdict {
     pub means: Means,
     /// The weight was fired.
     pub fired: bool,
+    /// All dives flown, and done.
+    pub finished: bool,
     /// Hash of the actuator stream.
     pub hash: u64,
 }
@@ -147,7 +149,7 @@ impl Verdict {
             "abort": self.abort.map(|a| format!("{:?}", a.0)), "latency_s": self.abort.map(|a| a.1), "struck": self.struck,
             "max_depth_m": (self.max_depth_m * 100.0).round() / 100.0, "broken": self.broken, "unmet": self.unmet, "owed": self.owed.as_ref().map(Expect::kind), "weight_fired": self.fired,
             "budget_n": milli(self.means.for_good_n), "budget_at_m": self.means.at_m, "budget_while_all_act_n": milli(self.means.while_all_act_n), "race_winnable": self.means.race,
-            "came_home": self.home(),
+            "came_home": self.home(), "finished": self.finished,
             "actuator_hash": format!("{:016x}", self.hash) })
     }
 }
@@ -396,7 +398,7 @@ impl<'a> Judge<'a> {
         if self.aborted_s.is_some_and(|s| duration_s - s > demands::HOME.0 + max_depth_m / demands::HOME.1) {
             self.breaks(NOT_HOME);
         }
-        let means = self.means;
+        let (means, finished) = (self.means, end == End::Done && !self.dives_left());
         let struck = self.onset_s().is_some_and(|onset| onset < duration_s);
         let unmet = self.unmet(struck, duration_s);
         let did_all = self.abort.is_some() && self.fired && self.full_s.is_some_and(|at| duration_s - at <= LATELY_S);
@@ -420,6 +422,7 @@ impl<'a> Judge<'a> {
             after_sign_s: self.after_sign_s,
             means,
             fired: self.fired,
+            finished,
             hash,
         }
     }

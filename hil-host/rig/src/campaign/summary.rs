@@ -13,6 +13,10 @@ pub struct Summary {
     pub safe: u64,
     /// Of these, below crush depth.
     pub below_crush: u64,
+    /// Missions with a fault that came home, those set apart too, and those flown to their end.
+    pub home: u64,
+    /// See [`Self::home`].
+    pub finished: u64,
     /// Of these, expectation of the fault not met.
     pub unmet: u64,
     /// Healthy twins.
@@ -40,6 +44,8 @@ impl Summary {
         let key = |c: &Case| (c.water, c.wings as u8, c.seed);
         let streams: std::collections::HashMap<_, u64> = twins.iter().map(|t| (key(&t.case), t.hash)).collect();
         for v in faulty {
+            s.home += u64::from(v.home());
+            s.finished += u64::from(v.finished);
             s.unmet += u64::from(v.unmet.is_some());
             s.at_depth += u64::from(v.at_depth());
             s.pairs_at_depth += u64::from(v.at_depth() && v.case.faults.len() == 2);

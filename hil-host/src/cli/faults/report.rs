@@ -49,7 +49,7 @@ pub fn report(
     let bad: Vec<&campaign::Verdict> = faulty.iter().chain(healthy).filter(|v| v.wrong()).collect();
     let apart: Vec<Value> = faulty.iter().filter(|v| v.apart()).map(campaign::Verdict::document).collect();
     let mut document = json!({
-        "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "false_aborts": summary.false_aborts,
+        "summary": { "missions": summary.missions, "safe": summary.safe, "below_crush": summary.below_crush, "home": summary.home, "finished": summary.finished, "false_aborts": summary.false_aborts,
             "wall_s": (wall_s * 100.0).round() / 100.0, "twins": summary.twins, "expectation_not_met": summary.unmet, "beyond_any_controller": summary.apart, "of_these_home": summary.apart_home,
             "deeper_than_100_m": summary.at_depth, "pairs_at_depth": summary.pairs_at_depth, "bad_line_changed_commands": summary.line_changed, "seed": seed, "seat": choice.to_string() },
         "not_as_expected": bad.iter().map(|v| v.document()).collect::<Vec<_>>(),
@@ -119,6 +119,7 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
     println!("{t}");
     println!("{} of them deeper than 100 m, {} with two faults at once there", s.at_depth, s.pairs_at_depth);
     println!("{} fault missions: {} safe, {} below crush depth, {} not as expected", s.missions, s.safe, s.below_crush, s.unmet);
+    println!("of these and those that nobody could bring home {} came home, {} flew their mission to its end", s.home, s.finished);
     println!(
         "{} healthy twins: {} false aborts; {} more missions that nobody could bring home by their budgets, {} of them home all the same",
         s.twins, s.false_aborts, s.apart, s.apart_home

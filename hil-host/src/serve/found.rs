@@ -19,8 +19,7 @@ impl Workbench {
     pub fn next_flight(&self, request: &Fit) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
         let found = opened.diagnosis()?;
-        let planned = next_mission::plan(&found, &opened.vehicle)?
-            .map_err(|why| anyhow!("no mission is planned: {why}"))?;
+        let planned = next_mission::plan(&found, &opened.vehicle)?.map_err(|why| anyhow!("no mission is planned: {why}"))?;
         let tied = planned.tied.iter().map(|t| t.join(" with ")).collect::<Vec<_>>().join(" / ");
         if !planned.tells_apart() {
             bail!("no dives at other pitches and drives tell {tied} apart (expected chi² {:.1})", planned.expected_chi2());

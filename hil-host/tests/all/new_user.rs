@@ -94,13 +94,14 @@ fn held_at_the_best_pitch_of(vehicle: &Path, truth: &Path) -> f64 {
     let model = Model::load(vehicle, None).expect("a vehicle");
     let best = tables::build(&model, model.wings, 0, 0).expect("a table").spec;
     let mut mission = Mission { wings: model.wings, ..mission_file::built_in("sea").expect("built in") };
-    mission.legs.iter_mut().for_each(|leg| leg.goal = Goal::FixedPitch { pitch_rad: (1.0 / best.best_l_over_d).atan() - best.best_alpha_rad });
+    let goal = Goal::FixedPitch { pitch_rad: (1.0 / f64::from(best.best_l_over_d)).atan() as f32 - best.best_alpha_rad };
+    mission.legs.iter_mut().for_each(|leg| leg.goal = goal);
     let mut world = World::new(worlds::overlay(&worlds::for_mission(&mission), truth).expect("a truth")).expect("a world");
     fly(&mut world, &mut Link::new(InProcess::default()), &Setup::new(mission), &mut |_| Ok(())).expect("flies").achieved_l_over_d()
 }
 
 #[test]
-fn accuracy_the_gain_of_a_held_pitch_and_of_a_mission_are_in_their_intervals() {
+fn accuracy_the_gain_of_a_pitch_and_of_a_mission_are_in_their_intervals() {
     let work = empty("gain");
     for (hidden, size) in [("climb_drag", 0.4), ("drag_level_error", 0.4)] {
         std::fs::write(work.join("truth.toml"), format!("[[effects]]\nkind = \"{hidden}\"\nvalue = {size}\n")).expect("written");

@@ -250,7 +250,7 @@ fn answers(entry: &Entry) -> Value {
         Err(e) => json!({"refused": e.to_string()}),
     };
     out.insert("add".into(), added);
-    let next = next_flight::plan(&found, &vehicle, |_| next_flight::Reach::UNKNOWN).map(|p| cli::next_flight::document(&found, &p));
+    let next = next_flight::plan(&found, &vehicle, |_| next_flight::Reach::UNKNOWN).ok().map(|p| cli::next_flight::document(&found, &p));
     out.insert("next_flight".into(), next.into());
     Value::Object(out)
 }

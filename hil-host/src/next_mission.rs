@@ -22,12 +22,14 @@ pub fn wings(vehicle: &Vehicle) -> &'static str {
     if vehicle.document["wing"]["name"].as_str().is_some_and(|w| w.contains("low")) { "low-ar" } else { "standard" }
 }
 
-/// Plans the next flight; none where there are no two hypotheses, or no legs that this vehicle can fly in this water.
+/// Plans the next flight; or why there is none, in words.
 ///
 /// # Errors
 /// A mission that `glider fly` would refuse: a fault of the plan.
-pub fn plan(found: &Diagnosis, vehicle: &Vehicle) -> anyhow::Result<Option<Plan>> {
-    let Some(planned) = best_legs(found, vehicle, reach) else { return Ok(None) };
-    mission_file::parse(&planned.mission(wings(vehicle)), "the planned mission", worlds::limits)?;
-    Ok(Some(planned))
+pub fn plan(found: &Diagnosis, vehicle: &Vehicle) -> anyhow::Result<Result<Plan, String>> {
+    let planned = best_legs(found, vehicle, reach);
+    if let Ok(planned) = &planned {
+        mission_file::parse(&planned.mission(wings(vehicle)), "the planned mission", worlds::limits)?;
+    }
+    Ok(planned)
 }

@@ -41,7 +41,7 @@ pub mod wing;
 pub use added::Added;
 pub use effects::{Constants, Flow, ForceModel, LiftDrag};
 pub use geometry::{Appendage, Breakdown, Geometry, GeometryPolar};
-pub use polar::Polar;
+pub use polar::{BothWays, Polar};
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
 //! `glider fly`.
 
+mod both_tables;
 pub mod extctl;
 pub mod own_parts;
 
@@ -11,6 +12,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use discovery::hypotheses::search::Depth;
 use discovery::workbench::add;
 use indicatif::{ProgressBar, ProgressStyle};
+use logs::Vehicle;
 use logs::record::bounded;
 use logs::vehicle;
 use parts::iridium::Fault;
@@ -36,7 +38,8 @@ glider fly --mission sea --fault depth:stuck@dive+120s --json\n  glider fly --mi
 glider fly --mission sea --table out/table/standard.bin --config out/table/controller.toml\n  \
 glider fly --mission sea --world learnt.json --table learnt.json --beside before.json\n\n\
 --world flies in the world that a vehicle file describes, or that a flight reveals once what it lacks is found and added; with\n\
---beside the old table flies there first, and the range gained is printed.\n\
+--beside the old table flies there too, and the range gained is printed with its 90 % interval over worlds within the tolerances\n\
+of the vehicle file.\n\
 A fault is target:kind[=size][@phase][+delay][,duration]; a wrong one is answered with the list of all.")]
 pub struct Args {
     /// Wings mounted: standard or low-ar; default: the mission's.
@@ -104,7 +107,7 @@ const SEATS: [&str; 5] = ["in-process", "pty", "qemu", "parts", "extctl"];
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    let (mission, scenario) = mission_and_world(args)?;
+    let (mission, scenario, vehicle) = mission_and_world(args)?;
     let realtime = match args.realtime {
         Some(x) if !(1e-3..=1e6).contains(&x) => bail!("--realtime {x}: a number from 0.001 to 1000000, such as 1 or 100"),
         x => x,
@@ -129,14 +132,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(path) = &args.config {
         setup.config = config_file::load(path)?;
     }
-    let before = match &args.first_table {
-        Some(path) => {
-            let old = table_of(path, mission.wings)?;
-            Some(story::fly_table(&old, &setup, &scenario).with_context(|| format!("with the table of {}", path.display()))?)
-        }
-        None => None,
-    };
     setup.table = args.table.as_deref().map(|path| table_of(path, mission.wings)).transpose()?;
+    let both = args.first_table.as_deref().map(|old| both_tables::fly(old, &setup, &scenario, vehicle.as_ref())).transpose()?;
     // With a fault, another law or a clock that is waited for it would say nothing.
     let alike = choice == Choice::InProcess && args.controller == "ours" && args.faults.is_empty() && realtime.is_none();
     let other = if alike { other_goal::flown(&setup, &scenario)? } else { None };
@@ -150,13 +147,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         Err(e) => return Err(recorder.map_or(anyhow!("{e}"), |r| r.cut_short(anyhow!("{e}")))),
     };
     let mut document = summary(&out, &world, args, &mission, &seat.describe());
-    if let (Some(before), Some(path)) = (&before, &args.first_table) {
-        let old = before.achieved_l_over_d();
-        document["beside"] = json!({
-            "table": path, "table_id": format!("{:08x}", before.table_id), "achieved_l_over_d": round(old, 4),
-            "distance_m": round(before.distance_m, 2), "end": before.end.to_string(),
-        });
-        document["range_gain"] = json!(round(out.achieved_l_over_d() / old - 1.0, 4));
+    if let Some(both) = &both {
+        both.add_to(&mut document, out.achieved_l_over_d());
     }
     if let Some((goal, other)) = &other {
         document["other_goal"] = json!({
@@ -191,8 +183,8 @@ pub(super) fn verdict(out: &Outcome, args: &Args) -> Verdict {
     }
 }
 
-/// The mission, and the world that truth file, vehicle, seed and faults make of it.
-fn mission_and_world(args: &Args) -> anyhow::Result<(Mission, Scenario)> {
+/// The mission, the world that truth file, vehicle, seed and faults make of it, and the vehicle of `--world`.
+fn mission_and_world(args: &Args) -> anyhow::Result<(Mission, Scenario, Option<Vehicle>)> {
     let mut mission = mission_file::load(&args.mission, worlds::limits)?;
     let asked = args
         .wings
@@ -204,9 +196,9 @@ fn mission_and_world(args: &Args) -> anyhow::Result<(Mission, Scenario)> {
         scenario = worlds::overlay(&scenario, path)?;
     }
     let revealed = args.world.as_deref().map(revealed_by).transpose()?;
-    let given = revealed.as_ref().map(|m| m.wings).or(args.truth.is_some().then_some(scenario.wings));
+    let given = revealed.as_ref().map(|(m, _)| m.wings).or(args.truth.is_some().then_some(scenario.wings));
     mission.wings = asked.or(given).unwrap_or(mission.wings);
-    if let Some(model) = &revealed {
+    if let Some((model, _)) = &revealed {
         ensure!(
             model.wings == mission.wings,
             "--wings {}: the vehicle of --world has {} wings",
@@ -220,7 +212,7 @@ fn mission_and_world(args: &Args) -> anyhow::Result<(Mission, Scenario)> {
     for spec in &args.faults {
         scenario.faults.push(spec.parse().map_err(|e: String| anyhow!("{e}"))?);
     }
-    Ok((mission, scenario))
+    Ok((mission, scenario, revealed.map(|(_, vehicle)| vehicle)))
 }
 
 /// The seat that is asked for.
@@ -273,9 +265,9 @@ fn watched(world: &mut World, seat: &mut dyn Seat, setup: &Setup, mut recorder: 
 }
 
 /// The vehicle that a file states, or that a flight reveals.
-fn revealed_by(path: &Path) -> anyhow::Result<Model> {
+fn revealed_by(path: &Path) -> anyhow::Result<(Model, Vehicle)> {
     if !path.is_dir() && path.extension().is_none_or(|e| e != "csv") {
-        return Model::load(path, None);
+        return Ok((Model::load(path, None)?, vehicles::read(path)?));
     }
     let (flight, vehicle, found) = load_and_ask(path, None, Depth::Pairs)?;
     let effects: Vec<_> = found.answer.iter().filter_map(|n| hydro::effects::by_name(n)).collect();
@@ -287,7 +279,8 @@ fn revealed_by(path: &Path) -> anyhow::Result<Model> {
     );
     let parent = vehicles::text(&vehicle.path)?.into_bytes();
     let text = add::add(&flight, &vehicle, &effects, &parent)?.vehicle.to_string();
-    Model::of_coefficients(&vehicle::parse_text(&text, &vehicle.path)?, polar::crc32(text.as_bytes()))
+    let vehicle = vehicle::parse_text(&text, &vehicle.path)?;
+    Ok((Model::of_coefficients(&vehicle, polar::crc32(text.as_bytes()))?, vehicle))
 }
 
 /// The bytes of a table file, or of the table of a vehicle file.
@@ -371,9 +364,7 @@ pub(super) fn print(d: &Value, args: &Args) {
         _ => String::new(),
     };
     say(&format!("energy         {:.2} J/m{would}", n("joule_per_m")));
-    if let Some(before) = d["beside"]["achieved_l_over_d"].as_f64() {
-        say(&format!("beside         {before:.3} with the other table: {:+.1} % range", 100.0 * n("range_gain")));
-    }
+    both_tables::print(d);
     if let Some(note) = d["note"].as_str() {
         say(&format!("note           {}", wrapped_from(15, note, 15)));
     }

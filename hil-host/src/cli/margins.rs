@@ -5,6 +5,7 @@ use crate::pages::chart::{Chart, Mark};
 use crate::pages::figure::Figure;
 use crate::score::margins::{Glide, Margins, Response, all, envelope, respond};
 use crate::terminal::{say, table};
+use anyhow::bail;
 use rig::flight::mission_file::wings_name;
 use serde_json::json;
 use signals::Wings;
@@ -41,6 +42,9 @@ pub fn keeps(m: &Margins) -> bool {
 /// # Errors
 /// A glide that does not exist, or a folder that cannot be written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
+        bail!("--out {}: is a file; name a folder", folder.display());
+    }
     let rows = all(&envelope())?;
     if let Some(folder) = &args.out {
         Figure::from(figure()?).write(folder, "margins")?;

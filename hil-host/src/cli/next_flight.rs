@@ -3,6 +3,7 @@
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
 use crate::next_mission;
+use crate::terminal::{say, wrapped};
 use anyhow::Context as _;
 use discovery::diagnosis::Diagnosis;
 use discovery::diagnosis::report;
@@ -53,14 +54,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         rig::whole_file::may_write(out, &inputs, &["toml"], output.force)?;
     }
     let (_, vehicle, found) = load_and_ask(&args.flight, args.vehicle.as_deref(), Depth::Pairs)?;
-    let Some(p) = next_mission::plan(&found, &vehicle)? else {
-        output.emit(&json!({"verdict": found.verdict.name(), "tied": [], "legs": [], "tells_apart": false}), || {
-            println!(
-                "No mission that this vehicle could fly in this water tells two hypotheses apart (verdict: {}).",
-                found.verdict.name()
-            );
-        });
-        return Ok(Verdict::Negative);
+    let p = match next_mission::plan(&found, &vehicle)? {
+        Ok(p) => p,
+        Err(why) => {
+            let document = json!({"verdict": found.verdict.name(), "tied": [], "legs": [], "tells_apart": false, "why": why});
+            output.emit(&document, || say(&wrapped(&format!("No mission is planned: {why} (verdict: {}).", found.verdict.name()), 0)));
+            return Ok(Verdict::Negative);
+        }
     };
     let mission = p.mission(next_mission::wings(&vehicle));
     let out = args.out.as_ref().filter(|_| p.tells_apart());

@@ -57,7 +57,7 @@ pub struct Args {
     #[arg(long, value_name = "S")]
     at: Option<f64>,
     /// So many of them.
-    #[arg(long, value_name = "N", default_value_t = 12, requires = "at")]
+    #[arg(long, value_name = "N", default_value_t = 12, requires = "at", value_parser = super::count)]
     cycles: usize,
     /// An expression of signals that is shown too, such as 'est_depth_m - m_depth_m'.
     #[arg(long, value_name = "EXPRESSION")]
@@ -75,6 +75,7 @@ pub struct Args {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+    ensure!(args.watch.is_empty() || args.step || args.at.is_some(), "--watch is shown with cycles: add --at SECONDS, or --step");
     let record = read(args)?;
     let table = args.table.as_deref().map(|path| table_of(path, record.start.mission.wings)).transpose()?;
     let table = table.as_deref().or(default_table(args, &record)?);

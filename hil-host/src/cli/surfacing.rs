@@ -8,6 +8,7 @@ use discovery::history::file::History;
 use discovery::history::flight::{Said, read as read_history};
 use logs::Vehicle;
 use logs::record::bounded;
+use rig::flight::file_kinds::{Kind, expect};
 use rig::flight::surfacing::{document, read, rows};
 use rig::flight::{config_file, vehicles};
 use serde_json::{Value, json};
@@ -100,7 +101,7 @@ fn packet(p: &evidence::Packet) -> Value {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let name = args.file.display().to_string();
     let bytes = bounded::bytes(&args.file, bounded::LOG).with_context(|| format!("{name}: cannot read"))?;
-    let received = read(&bytes).with_context(|| name.clone())?;
+    let received = read(&bytes).map_err(|e| expect(&args.file, Kind::Surfacings).err().unwrap_or_else(|| e.context(name.clone())))?;
     let judges = Judges::read(args.history.as_deref(), args.vehicle.as_deref(), args.config.as_deref())?;
     let said = judges.map_or_else(|| Ok(vec![None; received.messages.len()]), |j| j.judge().judge(&received.messages))?;
     let one = |((place, message), said): (&(String, Surfacing), &Option<Said>)| {

@@ -20,6 +20,7 @@ use rig::flight::vehicles;
 use rig::spelling::meant_path;
 use rig::whole_file;
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Arguments of the command.
@@ -93,6 +94,15 @@ fn flights(paths: &[PathBuf]) -> anyhow::Result<Vec<Named>> {
     Ok(out)
 }
 
+/// What is said where the flights' own vehicle files name several wing sets.
+fn wings_of_several(paths: &[PathBuf]) -> Option<String> {
+    let own = paths.iter().flat_map(|p| logs::vehicle::files_next_to(p)).filter_map(|file| vehicles::read(&file).ok());
+    let wings: BTreeSet<String> = own.filter_map(|v| v.document["wing"]["name"].as_str().map(Into::into)).collect();
+    let all = wings.into_iter().collect::<Vec<_>>().join(" and ");
+    all.contains(" and ")
+        .then(|| format!("these are flights of several vehicles, of {all} wings: what changed between them is the vehicle"))
+}
+
 /// Endings of `--out`.
 const ENDINGS: [&str; 6] = ["svg", "pdf", "png", "csv", "json", "parquet"];
 
@@ -128,7 +138,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let done = mission.finish(args.dives_per_alarm);
     bar.finish_and_clear();
     let mut done = done?;
-    done.notes.splice(0..0, clock.notes);
+    done.notes.splice(0..0, clock.notes.into_iter().chain(wings_of_several(&paths)));
     for out in &args.out {
         write(out, &done)?;
     }

@@ -9,10 +9,14 @@
 
 use anyhow::{Context, anyhow};
 use control::PitchSensor;
+use discovery::model::parameters::{NINETY, PARAMETERS, State, law};
 use hydro::effects::{Active, Constants};
 use logs::Vehicle;
 use plant::vehicle::Aero;
 use plant::{Effect, EffectKind, Scenario, World};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
 use rig::flight::closed_loop::{Outcome, Setup, fly};
 use rig::flight::mission_file::built_in;
 use rig::flight::tables::{self, Built};
@@ -105,6 +109,29 @@ pub fn world_of(vehicle: &Model, mission: &Mission) -> Scenario {
     scenario.vehicle.aero = Some(revealed(vehicle.wings, vehicle.constants()));
     scenario.effects = in_the_plant(vehicle.effects(), is_of_the_glide);
     scenario
+}
+
+/// A world like this one with its own noise; of a vehicle, one with its numbers and its effects' sizes drawn within their tolerances.
+#[must_use]
+pub fn drawn_world(world: &Scenario, vehicle: Option<&Vehicle>, seed: u64) -> Scenario {
+    let mut drawn = Scenario { seed, ..world.clone() };
+    let Some(vehicle) = vehicle else { return drawn };
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut state = State::nominal();
+    for (z, _) in state.calibration.iter_mut().zip(&PARAMETERS).filter(|(_, p)| p.stated().is_some()) {
+        *z = normal();
+    }
+    let (constants, mut effects) = law(vehicle, &state);
+    for a in &mut effects {
+        let stated = &vehicle.document["effects"][a.effect.name][a.effect.parameters[0].name];
+        if let (Some(low), Some(high)) = (stated["low"].as_f64(), stated["high"].as_f64()) {
+            a.values[0] += 0.5 * (high - low) / NINETY * normal();
+        }
+    }
+    drawn.vehicle.aero = Some(revealed(world.wings, &constants));
+    drawn.effects = in_the_plant(&effects, is_of_the_glide);
+    drawn
 }
 
 /// Flies with this table in a world, in-process.

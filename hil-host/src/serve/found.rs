@@ -4,7 +4,7 @@ use super::requests::Fit;
 use super::{Sorry, Workbench, lines, streaming};
 use crate::next_mission;
 use crate::pages::{answer_charts, flight_report};
-use anyhow::{Context as _, bail};
+use anyhow::{anyhow, bail};
 use axum::Json;
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
@@ -19,8 +19,7 @@ impl Workbench {
     pub fn next_flight(&self, request: &Fit) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
         let found = opened.diagnosis()?;
-        let planned = next_mission::plan(&found, &opened.vehicle)?
-            .context("no mission that this vehicle could fly in this water tells two hypotheses apart")?;
+        let planned = next_mission::plan(&found, &opened.vehicle)?.map_err(|why| anyhow!("no mission is planned: {why}"))?;
         let tied = planned.tied.iter().map(|t| t.join(" with ")).collect::<Vec<_>>().join(" / ");
         if !planned.tells_apart() {
             bail!("no dives at other pitches and drives tell {tied} apart (expected chi² {:.1})", planned.expected_chi2());

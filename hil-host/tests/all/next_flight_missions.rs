@@ -34,7 +34,7 @@ fn next(wings: Wings, mission: &str, hidden: EffectKind, folder: &Path) -> anyho
     flown(&scenario, &mission, Some(folder))?;
     let (flight, vehicle) = (csv::flight(folder)?, vehicle::read(&folder.join("vehicle.json"))?);
     let found = diagnosis::diagnose(&flight, &vehicle, Depth::Pairs, &|_, _| {})?;
-    let Some(plan) = next_mission::plan(&found, &vehicle)?.filter(Plan::tells_apart) else {
+    let Some(plan) = next_mission::plan(&found, &vehicle)?.ok().filter(Plan::tells_apart) else {
         return Ok(None);
     };
     let planned = mission_file::parse(&plan.mission(next_mission::wings(&vehicle)), "next.toml", worlds::limits)?;

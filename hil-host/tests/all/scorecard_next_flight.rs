@@ -49,7 +49,7 @@ fn right_answers(sawtooth_dives: usize) -> [usize; 2] {
         for effect in hidden {
             let spec = Spec::single(Site::Lake, Wing::Standard, effect, Strength::Medium);
             let Some(first) = fly(&spec, seed, &[SAWTOOTH; FIRST]) else { continue };
-            let Some(p) = plan(&first.diagnosis, &first.vehicle, |_| Reach::UNKNOWN) else { continue };
+            let Ok(p) = plan(&first.diagnosis, &first.vehicle, |_| Reach::UNKNOWN) else { continue };
             asked += 1;
             let planned: Vec<[f64; 2]> = p.legs.iter().map(|l| [l.pitch_rad, l.ballast_m3]).collect();
             let arms = [vec![SAWTOOTH; sawtooth_dives], planned[..PLANNED_DIVES].to_vec()];

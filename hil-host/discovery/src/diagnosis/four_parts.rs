@@ -6,7 +6,8 @@
 //!   standard deviation σ is s²/2σ² plus the logarithm of the prior's density there; what it must reach is what naming asks for, and the
 //!   noise of one flight takes 1.645 σ more.
 //! * *Worth*: how much farther the vehicle glides in still water at the pitch that is best by the refitted polar than at the one that is
-//!   best by the file's, both at 0.3 m/s.
+//!   best by the file's, each held in dives and climbs all along, both at 0.3 m/s. What a table gains on a mission is another number: the law that flies
+//!   changes its pitch by what it measures.
 
 use crate::hypotheses::identifiability::Identifiability;
 use crate::inference::evidence::{PRIOR, SPEAK_UP, log_size_prior};
@@ -17,7 +18,7 @@ use crate::model::reported_numbers::{Number, reported_numbers};
 use crate::model::sensor_findings::is_at_bound;
 use hydro::effects::ForceModel;
 use hydro::glide::{Trim, best, steady};
-use hydro::{Flow, Polar};
+use hydro::{BothWays, Flow, Polar};
 use logs::vehicle::Vehicle;
 use logs::vehicle::catalogue;
 use nalgebra::SymmetricEigen;
@@ -58,8 +59,8 @@ pub struct FourParts {
     pub hidden: Vec<Hidden>,
     /// L/D in a dive at 0.3 m/s by angle of attack, rad: of the refitted polar, and its 90 % interval; empty where nothing was refitted.
     pub polar: Vec<(f64, [f64; 3])>,
-    /// What flying by the refitted polar is worth; none where the fit or the file has no glide.
-    pub worth: Option<Worth>,
+    /// What flying by the refitted polar is worth, or why that is not known.
+    pub worth: Result<Worth, &'static str>,
 }
 
 impl FourParts {
@@ -123,7 +124,7 @@ fn hidden(problem: &Problem, fit: &Fit, error_m_s: f64) -> Vec<Hidden> {
 /// L/D at the pitch that is best by the file, and at the one that is best by a state.
 fn glide_ratios(vehicle: &Vehicle, file_pitch_rad: f64, state: &State) -> Option<(f64, f64)> {
     let (constants, effects) = law(vehicle, state);
-    let polar = ForceModel::new(constants, &effects);
+    let polar = BothWays(ForceModel::new(constants, &effects));
     let top = best(&polar, SPEED_M_S, polar.alpha_valid_rad());
     let force = polar.force(&Flow::steady(top.alpha_rad, SPEED_M_S));
     let drag_n = 0.5 * RHO_KG_M3 * SPEED_M_S * SPEED_M_S * polar.reference_area_m2() * force.cd;
@@ -138,13 +139,15 @@ const SPEED_M_S: f64 = 0.3;
 const RHO_KG_M3: f64 = 1025.0;
 
 /// The gain of range at the fit, with its interval.
-fn worth(vehicle: &Vehicle, fit: &Fit) -> Option<Worth> {
+fn worth(vehicle: &Vehicle, fit: &Fit) -> Result<Worth, &'static str> {
     let (constants, effects) = law(vehicle, &State::nominal());
-    let file = ForceModel::new(constants, &effects);
+    let file = BothWays(ForceModel::new(constants, &effects));
     let pitch_rad = best(&file, SPEED_M_S, file.alpha_valid_rad()).pitch_rad;
     let gain = |state: &State| glide_ratios(vehicle, pitch_rad, state).map(|(flown, best)| vec![best / flown - 1.0]);
-    let [gain, low, high] = *with_interval(fit, gain)?.first()?;
-    Some(Worth { gain, low: low.max(0.0), high })
+    gain(&fit.state).ok_or("by the refitted polar there is no glide at the file's best pitch")?;
+    let all = with_interval(fit, gain).unwrap_or_default();
+    let [gain, low, high] = *all.first().ok_or("the fit leaves a number without an interval")?;
+    Ok(Worth { gain, low: low.max(0.0), high })
 }
 
 /// Angles of attack that L/D is told at, deg.

@@ -29,6 +29,7 @@ use crate::history::file::History;
 use crate::history::flight::{Said, by_history, judged};
 use crate::hypotheses::candidate::{Candidate, size_at_end};
 use crate::hypotheses::search::{Depth, SearchResult};
+use crate::inference::estimate::estimate;
 use crate::inference::evidence::{NEARLY, SPEAK_UP, TIED};
 use crate::inference::gauss_newton::{Effort, fit_from};
 use crate::inference::initial_guess::is_uncalibrated;
@@ -395,6 +396,7 @@ fn conclude(
         too_small,
         at_bound: named.and_then(|c| pressed(&c.fit)),
         equivalent: equivalent.len(),
+        may_be_none: named.and_then(|c| may_be_none(&c.fit)),
         unknown_leads: unknowns.leads,
         errors,
         wave: best.state.wave.is_some(),
@@ -457,6 +459,15 @@ fn is_ordinary(vehicle: &Vehicle, state: &State) -> bool {
     let uncalibrated = is_uncalibrated(vehicle);
     let counts = |k: usize| is_law(k) && !is_free(uncalibrated, k);
     state.calibration.iter().enumerate().all(|(k, z)| !counts(k) || z.abs() <= ORDINARY_TOLERANCES)
+}
+
+/// An effect of a fit of which the interval of the size holds none.
+fn may_be_none(fit: &Fit) -> Option<&'static str> {
+    let holds = |s: &&(usize, usize, f64)| {
+        let (e, off) = (estimate(fit, **s), fit.state.effects[s.0].effect.parameters[0].off);
+        s.1 == 0 && e.low <= off && off <= e.high
+    };
+    fit.sigma.iter().find(holds).map(|s| fit.state.effects[s.0].effect.name)
 }
 
 /// The effect of a fit whose size is pressed against the end of what is possible by more than chance.

@@ -21,7 +21,8 @@ impl Diagnosis {
         }
         if unnamed {
             self.after = State::nominal();
-            (self.parts.moved, self.parts.polar, self.parts.worth) = (Vec::new(), Vec::new(), None);
+            (self.parts.moved, self.parts.polar) = (Vec::new(), Vec::new());
+            self.parts.worth = Err("no refit of this flight is better than the file");
         }
         self.notes
             .push("a refit of the calibration leaves a larger depth-rate error than the vehicle file as given: its numbers stay".into());

@@ -87,17 +87,20 @@ impl FourParts {
     /// What the refitted polar is worth, and how to fly by it.
     #[must_use]
     pub fn worth_in_words(&self) -> String {
-        let Some(w) = self.worth else {
-            return "not known: there is no glide at the file's best pitch by the refitted polar, or no refit".into();
+        let w = match self.worth {
+            Ok(w) => w,
+            Err(why) => return format!("not known: {why}"),
         };
         let [gain, low, high] = [w.gain, w.low, w.high].map(|v| 100.0 * v);
-        let gain = format!("{gain:.1} % of range in still water over the file's best pitch (90 %: {low:.1} to {high:.1})");
+        let gain = format!(
+            "held at the best pitch of the refitted polar, the vehicle glides {gain:.1} % farther in still water than held at the file's (90 %: {low:.1} to {high:.1})"
+        );
         if w.high < WORTH_AN_UPLOAD {
-            return format!("a table of the refitted polar gains {gain}: the one flown is as good");
+            return format!("{gain}: the table flown is as good");
         }
         // In the default world the table of another vehicle loses range.
         format!(
-            "a table of the refitted polar gains {gain}: `glider calibrate` or `glider add` with --out learnt.json writes the vehicle, `glider fly --mission sea --world learnt.json --table learnt.json --beside` with the old vehicle file flies both tables in its world"
+            "{gain}. A mission gains more or less than that, for the law changes its pitch by what it measures: `glider calibrate` or `glider add` with --out learnt.json writes the vehicle, `glider fly --mission sea --world learnt.json --table learnt.json --beside` with the old vehicle file flies both tables in its world"
         )
     }
 
@@ -113,7 +116,7 @@ impl FourParts {
             "moved": self.moved.iter().map(of_number).collect::<Vec<_>>(),
             "could_hide": self.hidden.iter().map(|h| json!({"effect": h.effect, "parameter": h.parameter, "unit": h.unit, "up_to": number(h.least),
                 "usual_size": number(h.typical)})).collect::<Vec<_>>(),
-            "worth": self.worth.map(|w| json!({"range_gain": number(w.gain), "low": number(w.low), "high": number(w.high)})),
+            "worth": self.worth.ok().map(|w| json!({"range_gain": number(w.gain), "low": number(w.low), "high": number(w.high)})),
         })
     }
 }

@@ -219,12 +219,15 @@ fn verdict_in_words(d: &Diagnosis) -> String {
                 .iter()
                 .find(|c| c.effects == d.answer)
                 .map_or_else(Vec::new, |c| c.parameters.iter().map(parameter_in_words).collect());
-            let rivals = if d.equivalent.len() > 1 {
+            let mut rivals = if d.equivalent.len() > 1 {
                 let names: Vec<String> = d.equivalent.iter().skip(1).map(|e| e.join(" with ")).collect();
                 format!(" This flight cannot tell it from {}.", names.join(", nor from "))
             } else {
                 String::new()
             };
+            for why in d.reasons.iter().filter(|r| matches!(r, Reason::SizeMayBeNone { .. })) {
+                rivals += &format!(" Not sure: {}.", why.text());
+            }
             format!(
                 "Missing: {}. {}. The depth-rate error {}; {floor}.{rivals}",
                 physics.join("; and "),
@@ -266,7 +269,7 @@ pub fn next_flight(d: &Diagnosis) -> String {
 fn mission_in_words(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::Adequate => {
-            "None needed for this question; a flight at other pitches and drives (`glider next-flight`) would show more of what could hide."
+            "None needed for this question; a flight at other pitches and drives would show more of what could hide (`glider next-flight` plans one, or says why not)."
                 .into()
         }
         Verdict::Unexplained => {

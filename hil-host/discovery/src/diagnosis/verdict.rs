@@ -3,7 +3,7 @@
 //! | verdict | when |
 //! |---|---|
 //! | adequate | nothing missing leads, or a name that does not lower the error by [`PRACTICAL`] where the model has a discrepancy |
-//! | explained, ambiguous | a named set leads (ambiguous where an unknown effect leads given it); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
+//! | explained, ambiguous | a named set leads (ambiguous where an unknown effect leads given it, or the interval of a size holds none of it); its error is finite, and on dives kept out of the fit no worse than recalibration or near the floor |
 //! | unexplained | an unknown effect leads (where the model has a discrepancy: and the error is beyond [`SMALL`] floors), or the best leaves far more than water, sensors and discrepancy do |
 //!
 //! What remains with the answer is said with its size; it is no veto by itself.
@@ -81,6 +81,11 @@ pub enum Reason {
         /// How many.
         sets: usize,
     },
+    /// The interval of a size holds none of the effect.
+    SizeMayBeNone {
+        /// Effect.
+        effect: &'static str,
+    },
     /// Without temperature what is named may be thermal expansion.
     NoTemperature,
     /// An effect outside the catalogue leads.
@@ -122,6 +127,7 @@ impl Reason {
             Self::TooSmall { .. } => "too_small",
             Self::Leads { .. } => "leads",
             Self::Equivalent { .. } => "equivalent",
+            Self::SizeMayBeNone { .. } => "size_may_be_none",
             Self::NoTemperature => "no_temperature",
             Self::UnknownLeads(_) => "unknown_leads",
             Self::HeldOutTooLarge { .. } => "held_out_too_large",
@@ -142,6 +148,7 @@ impl Reason {
             Self::TooSmall { share } => format!("the effect that leads lowers the error by {:.0} % only", 100.0 * share),
             Self::Leads { log_odds } => format!("the answer is ahead of nothing missing by {log_odds:.1} log units"),
             Self::Equivalent { sets } => format!("{sets} sets of effects do equally well"),
+            Self::SizeMayBeNone { effect } => format!("the 90 % interval of the size of {effect} includes none at all"),
             Self::NoTemperature => {
                 "without temperature the hull's thermal expansion was not modelled: what is named may be that instead".into()
             }
@@ -213,6 +220,8 @@ pub struct Evidence {
     pub at_bound: Option<&'static str>,
     /// Sets that are equivalent, itself counted.
     pub equivalent: usize,
+    /// An effect of it of which the interval of the size holds none.
+    pub may_be_none: Option<&'static str>,
     /// An unknown effect that is likelier than the named set, or than nothing missing.
     pub unknown_leads: Option<Unknown>,
     /// Errors.
@@ -273,9 +282,9 @@ pub fn judge(e: &Evidence) -> (Verdict, Vec<Reason>) {
             if e.equivalent > 1 {
                 reasons.push(Reason::Equivalent { sets: e.equivalent });
             }
-            let remark = unknown();
-            let sure = e.equivalent <= 1 && e.has_temperature && remark.is_none();
-            reasons.extend(remark);
+            let remarks = [unknown(), e.may_be_none.map(|effect| Reason::SizeMayBeNone { effect })];
+            let sure = e.equivalent <= 1 && e.has_temperature && remarks.iter().all(Option::is_none);
+            reasons.extend(remarks.into_iter().flatten());
             if sure { Verdict::Explained } else { Verdict::Ambiguous }
         }
     };
@@ -302,6 +311,7 @@ mod tests {
             too_small: None,
             at_bound: None,
             equivalent: 1,
+            may_be_none: None,
             unknown_leads: None,
             errors,
             wave: false,
@@ -330,6 +340,7 @@ mod tests {
         assert_eq!(codes(with(&|e| e.at_bound = Some("added_mass"))), (Verdict::Unexplained, vec!["at_bound"]));
         assert_eq!(codes(with(&|e| e.equivalent = 2)).0, Verdict::Ambiguous);
         assert_eq!(codes(with(&|e| e.has_temperature = false)).0, Verdict::Ambiguous);
+        assert_eq!(codes(with(&|e| e.may_be_none = Some("trapped_air"))), (Verdict::Ambiguous, vec!["leads", "size_may_be_none"]));
     }
 
     #[test]

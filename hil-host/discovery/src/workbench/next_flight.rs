@@ -286,11 +286,13 @@ fn choose(offers: &[MenuLeg]) -> Option<Vec<(f64, &MenuLeg)>> {
 /// With one hypothesis left, it is set against the runner-up; with none, the two most probable are. Drives and depths are those of the
 /// flight at hand, as far as the vehicle that dives to this depth (m) reaches: a sensed ballast has its own gain and offset and may be
 /// more than the pump has.
-#[must_use]
-pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> Option<Plan> {
+///
+/// # Errors
+/// Why there is none, in words.
+pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> Result<Plan, String> {
     let tied = tied(d);
     if tied.len() < 2 {
-        return None;
+        return Err("there are no two hypotheses to tell apart".into());
     }
     let levels = Levels::of(d);
     let bottom = levels.bottom();
@@ -310,12 +312,17 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> O
         .into_iter()
         .flat_map(|pitch_rad| DRIVES.map(|share| Leg { pitch_rad, ballast_m3: (share * drive).max(reach.least_ballast_m3) }));
     let offers: Vec<MenuLeg> = menu.filter_map(|leg| simulator.offer(leg)).collect();
-    let steps = choose(&offers)?;
+    let no_leg = || {
+        let [of, logged] = [drive, sensed].map(|m3| 1e6 * m3);
+        format!("no leg at any pitch glides through this water, 0 to {bottom:.0} m, with a pump of {of:.0} cc ({logged:.0} cc were logged)")
+    };
+    let steps = choose(&offers).ok_or_else(no_leg)?;
     let plain = offers.iter().min_by(|a, b| {
         let off = |o: &MenuLeg| (o.leg.pitch_rad - 0.46).abs() + (o.leg.ballast_m3 - drive).abs() * 1e3;
         off(a).total_cmp(&off(b))
-    })?;
-    Some(Plan {
+    });
+    let plain = plain.ok_or_else(no_leg)?;
+    Ok(Plan {
         tied: tied.iter().map(|t| t.0.clone()).collect(),
         legs: steps.iter().map(|s| s.1.leg).collect(),
         separation: steps.iter().map(|s| s.0).collect(),

@@ -22,6 +22,8 @@ pub enum Kind {
     Config,
     /// A flight image.
     Image,
+    /// Messages of surfacings.
+    Surfacings,
 }
 
 impl Kind {
@@ -38,6 +40,7 @@ impl Kind {
             Self::Table => "expected is a flight table (.bin): glider table --out FOLDER writes one".into(),
             Self::Config => "expected is a controller configuration (.toml): glider upload PORT config --read shows one".into(),
             Self::Image => "expected is a firmware image (ELF): scripts/build-firmware makes it".into(),
+            Self::Surfacings => "expected are messages of surfacings: a file .srf, or the log of a terminal".into(),
         }
     }
 }
@@ -50,7 +53,6 @@ enum Seen {
     Folder,
     NetCdf,
     Json,
-    Surfacings,
 }
 
 impl Seen {
@@ -67,7 +69,7 @@ impl Seen {
             Self::Folder => "a folder",
             Self::NetCdf => "a NetCDF file",
             Self::Json => "a JSON file",
-            Self::Surfacings => "messages of surfacings",
+            Self::Is(Kind::Surfacings) => "messages of surfacings",
         }
     }
 }
@@ -86,7 +88,7 @@ fn seen(path: &Path) -> Option<Seen> {
     match head.as_slice() {
         [0x7f, b'E', b'L', b'F', ..] => Some(Seen::Is(Kind::Image)),
         [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', ..] => Some(Seen::NetCdf),
-        _ if surfacing::begins(&head) => Some(Seen::Surfacings),
+        _ if surfacing::begins(&head) => Some(Seen::Is(Kind::Surfacings)),
         _ => of_text(std::str::from_utf8(&head).ok()?),
     }
 }
@@ -94,7 +96,7 @@ fn seen(path: &Path) -> Option<Seen> {
 /// Whether a file is messages of surfacings, or a terminal's log with some.
 #[must_use]
 pub fn is_surfacings(path: &Path) -> bool {
-    seen(path) == Some(Seen::Surfacings)
+    seen(path) == Some(Seen::Is(Kind::Surfacings))
 }
 
 fn of_text(text: &str) -> Option<Seen> {
@@ -135,7 +137,7 @@ pub fn expect(path: &Path, wanted: Kind) -> anyhow::Result<()> {
         Some(Seen::FlightFolder | Seen::Folder) => wanted == Kind::Flight,
         // A vehicle may be JSON with keys of its own.
         Some(Seen::Json) => wanted == Kind::Vehicle,
-        Some(Seen::NetCdf | Seen::Surfacings) => false,
+        Some(Seen::NetCdf) => false,
         // An image is nothing but an image.
         None => wanted != Kind::Image,
     };

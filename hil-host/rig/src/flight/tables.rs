@@ -9,8 +9,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context as _, ensure};
-use hydro::effects::LiftDrag;
-use hydro::{Flow, Polar, glide};
+use hydro::{BothWays, Flow, Polar, glide};
 use polar::{Sample, Spec, Table};
 use signals::Wings;
 
@@ -55,30 +54,6 @@ pub struct Built {
     pub bytes: Vec<u8>,
     /// How exact it is.
     pub error: TableError,
-}
-
-/// Vertical speed at which a vehicle is asked for its drag in dive and climb, m/s: well beyond that of a turn.
-const VERTICAL_M_S: f64 = 0.15;
-
-/// A vehicle in the mean of dive and climb at angles of attack of the same size: what a symmetric table can say of one whose lift is
-/// zero at an angle, or whose drag is larger in climbs.
-pub struct BothWays<P>(pub P);
-
-impl<P: Polar> Polar for BothWays<P> {
-    fn reference_area_m2(&self) -> f64 {
-        self.0.reference_area_m2()
-    }
-
-    fn force(&self, flow: &Flow) -> LiftDrag {
-        let (size, sign) = (flow.alpha_rad.abs(), 1.0_f64.copysign(flow.alpha_rad));
-        let dive = self.0.force(&Flow { alpha_rad: size, climb_m_s: -VERTICAL_M_S, ..*flow });
-        let climb = self.0.force(&Flow { alpha_rad: -size, climb_m_s: VERTICAL_M_S, ..*flow });
-        LiftDrag { cl: sign * 0.5 * (dive.cl - climb.cl), cd: 0.5 * (dive.cd + climb.cd) }
-    }
-
-    fn alpha_valid_rad(&self) -> f64 {
-        self.0.alpha_valid_rad()
-    }
 }
 
 /// Samples a polar, in the mean of dive and climb, into a table.

@@ -82,7 +82,7 @@ fn validate_the_surface_is_reached_as_often_as_ordered() {
 }
 
 #[test]
-fn validate_a_lost_second_depth_ends_the_mission_afloat_unless_it_comes_back() {
+fn validate_a_lost_second_depth_ends_the_mission_unless_it_comes_back() {
     for (until_s, whole) in [(f64::INFINITY, false), (500.0, true)] {
         for heard in [true, false] {
             let answers = law(2, |t, f| {
@@ -99,7 +99,7 @@ fn validate_a_lost_second_depth_ends_the_mission_afloat_unless_it_comes_back() {
 }
 
 #[test]
-fn validate_the_stock_controller_flies_its_legs_and_aborts_for_three_causes() {
+fn validate_the_stock_controller_flies_legs_and_aborts_for_three_causes() {
     let config = Config::default();
     let legs = [Leg { dives: 2, ..Leg::default() }, Leg { dives: 1, depth_max_m: 20.0, ..Leg::default() }];
     let flown = |mission: Mission, spoil: &dyn Fn(f64, &mut SensorFrame)| {

@@ -83,9 +83,9 @@ fn print(built: &Tables) {
             format!("{:.4}°", b.error.best_alpha_rad.to_degrees()),
         ]);
     }
-    println!(
-        "{t}\nJ/m: pump and battery mass alone, 5-190 m; glider fly has that of a whole vehicle and of another goal. The last four: largest error of the table against its vehicle file"
-    );
+    let about = "J/m: pump and battery mass alone, 5-190 m; glider fly has that of a whole vehicle and of another goal. \
+                 The last four: largest error of the table against its vehicle file";
+    println!("{t}\n{}", wrapped(about, 0));
     for (_, m, _) in built {
         say(&format!("{} wings: {}", wings_name(m.wings), m.name));
     }

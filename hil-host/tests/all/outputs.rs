@@ -33,7 +33,8 @@ fn peak_kb_of(child: &Child) -> u64 {
     status.lines().find_map(|l| l.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse().ok()).unwrap_or(0)
 }
 
-/// Diagnoses a flight and holds the peak of its memory against its bound: 60 MB and four times the flight.
+/// Diagnoses a flight and holds the peak of its memory against its bound: four times the flight, 60 MB, and 5 MB for the heaps of the
+/// threads that run it (8 MB more on two cores than with one heap for all).
 fn holds_its_bound(flight: &str, work: &Path) {
     let log = logs::record::csv::flight(&work.join(flight)).expect("flown or imported");
     // Twelve channels of numbers, the segments, and what the format does not name.
@@ -49,7 +50,7 @@ fn holds_its_bound(flight: &str, work: &Path) {
     };
     eprintln!("{flight}: flight {flight_kb} kB, peak {peak_kb} kB");
     assert!(ended.code().is_some_and(|c| c < 2) && peak_kb > 10_000, "{ended}");
-    assert!(peak_kb < 4 * flight_kb + 60_000, "{flight}: {peak_kb} kB for a flight of {flight_kb} kB");
+    assert!(peak_kb < 4 * flight_kb + 65_000, "{flight}: {peak_kb} kB for a flight of {flight_kb} kB");
 }
 
 /// Every hypothesis kept its own copy of 27 sensitivities: 501 MB for this flight.

@@ -29,6 +29,7 @@ pub mod mutation;
 pub mod own_parts;
 pub mod race;
 pub mod signs;
+pub mod sorts;
 pub mod summary;
 pub mod tally;
 pub mod through_seat;

@@ -14,9 +14,6 @@ pub const BLOCK_S: f64 = 20.0;
 /// Samples that a block has room for where they are sparse: a slope needs three, and one may be missing.
 const ROOM: f64 = 4.0;
 
-/// Blocks without a row from which there is a gap.
-const GAP: f64 = 3.0;
-
 /// Length of the blocks of a log that is sampled so often, s: [`BLOCK_S`], or room for four samples.
 #[must_use]
 pub fn block_s(sample_s: f64) -> f64 {
@@ -63,24 +60,17 @@ pub fn blocks(run: &Run) -> Vec<Block> {
     let mut first = 0;
     let mut k = 0.0;
     let length_s = block_s(sampled_every_s([run]));
-    // What the vehicle did in a gap is not known, so neither is the state of the model behind it.
-    let mut resumed_s = None;
-    let gap_s = SETTLE_S.max(GAP * length_s);
     while first < n {
         let end_time = time[0] + (k + 1.0) * length_s;
         let mut end = first;
         while end < n && time[end] < end_time {
-            if end > 0 && time[end] - time[end - 1] > gap_s {
-                resumed_s = Some(time[end]);
-            }
             end += 1;
         }
         let rows: Vec<usize> = (first..end).filter(|&i| run.depth_m[i].is_finite()).collect();
         if rows.len() >= 3 && time[rows[rows.len() - 1]] - time[rows[0]] >= 0.5 * length_s {
             let from = time[first] - SETTLE_S;
             let shallow = (0..end).rev().take_while(|&i| time[i] >= from).any(|i| run.depth_m[i] < SURFACE_M);
-            let settled = resumed_s.or(Some(time[0]).filter(|_| !run.starts_afloat)).is_none_or(|t| time[first] - t > SETTLE_S);
-            if !shallow && settled {
+            if !shallow && (run.starts_afloat || time[first] - time[0] > SETTLE_S) {
                 out.push(Block { segment: run.segment, observed_m_s: slope(time, &run.depth_m, &rows), rows });
             }
         }
@@ -200,22 +190,4 @@ fn errors_with(
         }
     }
     missed.into_iter().map(|m| rms(m.into_iter())).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::model::integrator::tests::run;
-
-    #[test]
-    fn regress_a_block_right_after_a_gap_does_not_count() {
-        // 40 minutes from 3 to 123 m and back, a row every 4 s; blocks of 20 s, none in the first minute.
-        let mut run = run(1200.0, -0.4, false);
-        let whole = blocks(&run).len();
-        assert!((114..=117).contains(&whole), "{whole}");
-        // On the sea bed for half an hour.
-        run.time_s.iter_mut().skip(200).for_each(|t| *t += 1800.0);
-        let left = blocks(&run).len();
-        assert!((3..=5).contains(&(whole - left)), "{whole} {left}");
-    }
 }

@@ -9,7 +9,7 @@ use toml::Value;
 use toml::de::{DeTable, DeValue};
 
 /// Key, least, most, unit. A key stands for itself, or with `*` for any one part in its place.
-const BOUNDS: [(&str, f64, f64, &str); 86] = [
+const BOUNDS: [(&str, f64, f64, &str); 88] = [
     ("seed", 0.0, 1.9e19, ""),
     ("start.clock_us", 0.0, 1.9e19, "us"),
     ("start.in_water_s", 0.0, 1e8, "s"),
@@ -39,6 +39,8 @@ const BOUNDS: [(&str, f64, f64, &str); 86] = [
     ("vehicle.drop_weight_kg", 0.0, 100.0, "kg"),
     ("vehicle.release_time_s", 0.0, 86_400.0, "s"),
     ("vehicle.crush_depth_m", 1.0, 1.2e4, "m"),
+    ("vehicle.gas_m3", 2e-3, 1.0, "m3"),
+    ("vehicle.gas_lag_s", 10.0, 1e6, "s"),
     ("vehicle.battery_j", 1.0, 1e10, "J"),
     ("vehicle.hotel_w", 0.0, 1e3, "W"),
     ("vehicle.aero.reference_area_m2", 1e-3, 10.0, "m2"),

@@ -126,6 +126,10 @@ pub struct Vehicle {
     pub release_time_s: f64,
     /// Depth at which the hull fails, m.
     pub crush_depth_m: f64,
+    /// Gas in the hull, m³. Slocum 0.029 and 0.035, SeaExplorer 0.051 (real logs).
+    pub gas_m3: f64,
+    /// Lag of its temperature behind the water's, s (guess: a Slocum's thermometer inside lags by an hour or two).
+    pub gas_lag_s: f64,
     /// Battery energy when full, J.
     pub battery_j: f64,
     /// Hotel load, W.
@@ -158,6 +162,8 @@ impl Default for Vehicle {
             drop_weight_kg: 0.45,
             release_time_s: 120.0,
             crush_depth_m: 250.0,
+            gas_m3: 0.030,
+            gas_lag_s: 5400.0,
             battery_j: 7.8e6,
             hotel_w: 1.2,
             aero: None,

@@ -2,6 +2,7 @@
 
 mod after;
 mod best;
+mod gas;
 mod measure;
 mod polar;
 #[cfg(test)]
@@ -36,8 +37,6 @@ const CONTACT_STEP: f64 = 0.25;
 const BACKGROUND_GRID_S: f64 = 12.0;
 /// Commands missed before the actuators go to the surface by themselves.
 const MISSED_LIMIT: u32 = 3;
-/// Vacuum of a sealed hull, Pa absolute (7 inHg below one atmosphere).
-const SEALED_PA: f64 = 101_325.0 - 7.0 * 3386.0;
 
 /// A world under way.
 #[derive(Clone, Debug)]
@@ -68,7 +67,7 @@ pub struct World {
     seq: u32,
     mass: f64,
     water_in_kg: f64,
-    vacuum_pa: f64,
+    gas: gas::Gas,
     firing_s: Option<f64>,
     weight_dropped: bool,
     surfaced_s: f64,
@@ -134,7 +133,7 @@ impl World {
             seq: 0,
             mass: v.mass_kg,
             water_in_kg: 0.0,
-            vacuum_pa: SEALED_PA,
+            gas: gas::Gas::default(),
             firing_s: None,
             weight_dropped: false,
             surfaced_s: 0.0,

@@ -1,6 +1,7 @@
 //! What a step leaves behind: energy spent, marks passed, the truth.
 
 use super::World;
+use super::gas::ATMOSPHERE_PA;
 use crate::effects::{Effect, EffectKind as E};
 use crate::faults::{Kind, Target};
 #[cfg(test)]
@@ -20,7 +21,7 @@ impl World {
         let mut pump_w = 0.0;
         if rates[0] != 0.0 {
             // Pushing out works against the water; letting in costs only the valve and motor.
-            pump_w = self.pump.running_w + (moved / h).max(0.0) * (pressure + 101_325.0 - self.vacuum_pa) / self.pump.efficiency;
+            pump_w = self.pump.running_w + (moved / h).max(0.0) * (pressure + ATMOSPHERE_PA - self.gas_pa()) / self.pump.efficiency;
         }
         let e = &mut self.energy;
         e.pump_j += pump_w * h;
@@ -37,8 +38,9 @@ impl World {
         self.crushed |= z > self.scenario.vehicle.crush_depth_m;
         let iced = self.schedule.find(self.t, Target::Sea, Kind::Ice).is_some();
         self.surfaced_s = if z < ANTENNA_OUT_M && !iced { self.surfaced_s + h } else { 0.0 };
+        let water = self.column.at(z, 0.0);
+        self.breathe(h, water.temperature);
         if self.hull_temperature.is_some() || self.flooded.is_some() {
-            let water = self.column.at(z, 0.0);
             let effects = &self.scenario.effects;
             let towards = |old: f64, new: f64, tau: f64| new + (old - new) * (-h / tau).exp();
             let tau = Effect::sum(effects, E::HullThermalLag).max(1.0);
@@ -54,15 +56,10 @@ impl World {
             self.weight_dropped = true;
             self.mass -= self.scenario.vehicle.drop_weight_kg;
         }
-        if !self.schedule.is_empty() {
-            if let Some((rate, _)) = self.schedule.find(self.t, Target::Hull, Kind::Leak) {
-                let kg = rate * 1e-3 / 60.0 * h;
-                self.water_in_kg += kg;
-                self.mass += kg;
-            }
-            if let Some((tau, _)) = self.schedule.find(self.t, Target::Hull, Kind::VacuumLoss) {
-                self.vacuum_pa = 101_325.0 + (self.vacuum_pa - 101_325.0) * (-h / tau.max(1.0)).exp();
-            }
+        if let Some((rate, _)) = self.schedule.find(self.t, Target::Hull, Kind::Leak) {
+            let kg = rate * 1e-3 / 60.0 * h;
+            self.water_in_kg += kg;
+            self.mass += kg;
         }
     }
 

@@ -51,7 +51,7 @@ impl World {
             (altitude < sensors.altimeter_range_m).then_some(altitude),
             Some(self.schedule.find(self.t, Target::Power, Kind::Undervoltage).map_or(volts, |f| f.0)),
             Some(self.charge_left()),
-            Some(self.vacuum_pa),
+            Some(self.gas_pa()),
         ];
         let r = self.suite.read(self.t, channels, &self.schedule, &mut self.sensor_rng);
         self.seq = self.seq.wrapping_add(1);

@@ -7,6 +7,7 @@
 //! | band | the vehicle's whole band (3–27, 5–190, 0–1000 m) or any that `Mission::validate` accepts |
 //! | goal, pitch, ballast, heading | all that `Mission::validate` accepts, its edges in one leg of eight |
 //! | time | from the least that `Mission::validate` accepts to three times that |
+//! | gas in the hull | 20 to 50 litres, a quarter of an hour to two hours behind the water's temperature |
 //! | water | calm, or rough: internal wave, background motion, current, surface waves; bottom far below or in the altimeter's range |
 //! | fitted | second depth sensor, altimeter, GPS, weight monitor: each or not |
 
@@ -188,6 +189,8 @@ impl Draw {
     pub fn scenario(&self) -> Scenario {
         let mut s = worlds::for_mission(&self.mission);
         s.seed = self.seed;
+        let mut hull = Dice::new(self.seed, 13);
+        (s.vehicle.gas_m3, s.vehicle.gas_lag_s) = (hull.between(0.02, 0.05), hull.between(900.0, 7200.0));
         s.ocean.water_depth_m = self.bottom_m;
         s.sensors.depth2.absent = !self.fitted.depth2;
         s.sensors.altitude.absent = !self.fitted.altimeter;

@@ -26,8 +26,7 @@ use signals::{
 
 pub use crate::flight::CYCLE_MS;
 
-/// Farthest a frame may be ahead of the last one; beyond, it is not a gap in
-/// the line (68 min of lost frames) but nonsense.
+/// Farthest a frame may be ahead of the last one; beyond, it is not a gap in the line (68 min of lost frames) but nonsense.
 pub const MAX_GAP: u32 = 1024;
 
 /// Silence of the line after which a vehicle that was seen afloat has to be seen again, ms: three cycles.
@@ -88,8 +87,7 @@ impl<S: Clone> Clone for Helm<S> {
 }
 
 impl<S: Storage> Helm<S> {
-    /// A controller that was just started. `const`, so that the board holds it
-    /// in a static and never on its stack.
+    /// A controller that was just started. `const`, so that the board holds it in a static and never on its stack.
     #[must_use]
     pub const fn new(config: Config, boot: Boot, storage: S) -> Self {
         Self {
@@ -161,13 +159,18 @@ impl<S: Storage> Helm<S> {
         done
     }
 
-    /// Takes one byte of the line; answers when it completes a message that
-    /// wants one. Damaged frames are counted and not answered.
+    /// Takes one byte of the line; answers when it completes a message that wants one. Damaged frames are counted and not answered.
     pub fn byte(&mut self, byte: u8) -> Option<Reply> {
         match self.receiver.push::<Request>(byte)? {
             Ok(request) => Some(self.request(request)),
             Err(_) => None,
         }
+    }
+
+    /// What the mission under way has learned of its table: see [`State::learned`](control::State::learned).
+    #[must_use]
+    pub fn learned(&self) -> Option<[f32; 3]> {
+        if let Activity::Flying { state, .. } = &self.flight.activity { Some(state.learned()) } else { None }
     }
 
     /// Takes one request; the reply names it.
@@ -225,8 +228,7 @@ impl<S: Storage> Helm<S> {
         answer.unwrap_or_else(ToHost::Refused)
     }
 
-    /// One cycle on the vehicle's own sensors: [`Seat::Sensors`] only.
-    /// `None` when there is nothing to fly.
+    /// One cycle on the vehicle's own sensors: [`Seat::Sensors`] only. `None` when there is nothing to fly.
     pub fn cycle(&mut self, frame: &SensorFrame) -> Option<Answer> {
         self.sealed(|helm| {
             if helm.flight.seat != Seat::Sensors {
@@ -244,10 +246,8 @@ impl<S: Storage> Helm<S> {
         }
     }
 
-    /// Tells how long the line has been silent by the board's own clock.
-    /// Steps at most once per call, once per control cycle, after
-    /// [`PATIENCE_MS`]. The answer holds for the actuators; nobody asked for
-    /// it over the line.
+    /// Tells how long the line has been silent by the board's own clock. Steps at most once per call, once per control cycle, after
+    /// [`PATIENCE_MS`]. The answer holds for the actuators; nobody asked for it over the line.
     pub fn silent(&mut self, silence: Micros) -> Option<Answer> {
         self.unheard(silence);
         let due = silence.since(Micros::from_millis(PATIENCE_MS)).0 / (u64::from(CYCLE_MS) * 1_000);

@@ -190,3 +190,20 @@ fn accuracy_a_seek_in_a_month_lands_on_the_cycle_and_is_short() {
     println!("all {:.1} s, the longest seek {:.1} ms", whole.as_secs_f64(), 1e3 * longest);
     assert!(longest < 0.02 * whole.as_secs_f64(), "{longest} s of {whole:?}");
 }
+
+#[test]
+fn replay_shows_what_the_law_had_learned_of_its_table() {
+    let setup = Setup::new(mission_file::built_in("shallow").unwrap());
+    for error in [0.4, -0.3] {
+        let mut scenario = worlds::for_mission(&setup.mission);
+        scenario.effects.push(plant::Effect { kind: plant::EffectKind::DragLevelError, value: error, aux: None });
+        let record = recorded(&mut World::new(scenario).unwrap(), &mut Link::new(InProcess::default()), &setup);
+        let mut stepper = Stepper::new(&record, None).unwrap();
+        assert_eq!(stepper.learned(), None, "no mission has begun");
+        stepper.seek(1);
+        assert_eq!(stepper.learned(), Some([1.0; 3]), "the table as it is");
+        stepper.seek(record.steps.len() - 1);
+        let [drag, ..] = stepper.learned().expect("still flying");
+        assert!((drag - 1.0) * error.signum() as f32 > 0.03, "a drag {error} off was learned as {drag}");
+    }
+}

@@ -39,6 +39,11 @@ impl<'a> Stepper<'a> {
         self.at
     }
 
+    /// What the law has learned of its table by now: factors of the drag level, the drag due to lift and the lift.
+    pub fn learned(&mut self) -> Option<[f32; 3]> {
+        self.now.helm().learned()
+    }
+
     /// One cycle; none at the end of the record, and where the law refuses the frame.
     pub fn step(&mut self) -> Option<Answer> {
         let step = self.record.steps.get(self.at)?;

@@ -11,38 +11,48 @@ use serde_json::json;
 use signals::{Answer, SensorFrame};
 use std::io::BufRead as _;
 
-/// A signal by the name that it has in flight.csv, as far as it is a number.
-type Signal = (&'static str, fn(&SensorFrame, &Answer) -> f64);
+/// One cycle of the law: what it got, what it answered, what it had learned of its table by then.
+struct Cycle {
+    frame: SensorFrame,
+    answer: Answer,
+    learned: Option<[f32; 3]>,
+}
 
-const SIGNALS: [Signal; 28] = [
-    ("time_s", |f, _| f.time.0 as f64 * 1e-6),
-    ("m_depth_m", |f, _| value(f.depth_m)),
-    ("m_depth2_m", |f, _| value(f.depth2_m)),
-    ("m_pitch_rad", |f, _| value(f.pitch_rad)),
-    ("m_roll_rad", |f, _| value(f.roll_rad)),
-    ("m_heading_rad", |f, _| value(f.heading_rad)),
-    ("m_ballast_pumped_cc", |f, _| 1e6 * value(f.ballast_m3)),
-    ("m_battpos_m", |f, _| value(f.battery_mass_m)),
-    ("m_fin_rad", |f, _| value(f.fin_rad)),
-    ("sci_density_kg_m3", |f, _| value(f.density_kg_m3)),
-    ("m_altitude_m", |f, _| value(f.altitude_m)),
-    ("m_battery_v", |f, _| value(f.battery_v)),
-    ("m_charge", |f, _| value(f.charge)),
-    ("m_vacuum_pa", |f, _| value(f.vacuum_pa)),
-    ("gps_fix", |f, _| f64::from(u8::from(f.surface.gps_fix))),
-    ("comms", |f, _| f64::from(u8::from(f.surface.comms))),
-    ("phase", |_, a| f64::from(a.trace.phase as u8)),
-    ("dives", |_, a| a.trace.dives.into()),
-    ("flags", |_, a| a.trace.flags.0.into()),
-    ("c_ballast_cc", |_, a| 1e6 * f64::from(a.command.ballast_m3)),
-    ("c_battpos_m", |_, a| a.command.battery_mass_m.into()),
-    ("c_fin_rad", |_, a| a.command.fin_rad.into()),
-    ("c_drop_weight", |_, a| f64::from(u8::from(a.command.drop_weight))),
-    ("c_pitch_rad", |_, a| a.trace.pitch_setpoint_rad.into()),
-    ("est_alpha_rad", |_, a| a.trace.alpha_rad.into()),
-    ("est_speed_m_s", |_, a| a.trace.speed_m_s.into()),
-    ("est_glide_angle_rad", |_, a| a.trace.glide_angle_rad.into()),
-    ("est_depth_m", |_, a| a.trace.depth_m.into()),
+/// A signal by the name that it has in flight.csv, as far as it is a number; what the law has learned is in no log.
+type Signal = (&'static str, fn(&Cycle) -> f64);
+
+const SIGNALS: [Signal; 31] = [
+    ("time_s", |c| c.frame.time.0 as f64 * 1e-6),
+    ("m_depth_m", |c| value(c.frame.depth_m)),
+    ("m_depth2_m", |c| value(c.frame.depth2_m)),
+    ("m_pitch_rad", |c| value(c.frame.pitch_rad)),
+    ("m_roll_rad", |c| value(c.frame.roll_rad)),
+    ("m_heading_rad", |c| value(c.frame.heading_rad)),
+    ("m_ballast_pumped_cc", |c| 1e6 * value(c.frame.ballast_m3)),
+    ("m_battpos_m", |c| value(c.frame.battery_mass_m)),
+    ("m_fin_rad", |c| value(c.frame.fin_rad)),
+    ("sci_density_kg_m3", |c| value(c.frame.density_kg_m3)),
+    ("m_altitude_m", |c| value(c.frame.altitude_m)),
+    ("m_battery_v", |c| value(c.frame.battery_v)),
+    ("m_charge", |c| value(c.frame.charge)),
+    ("m_vacuum_pa", |c| value(c.frame.vacuum_pa)),
+    ("gps_fix", |c| f64::from(u8::from(c.frame.surface.gps_fix))),
+    ("comms", |c| f64::from(u8::from(c.frame.surface.comms))),
+    ("phase", |c| f64::from(c.answer.trace.phase as u8)),
+    ("dives", |c| c.answer.trace.dives.into()),
+    ("flags", |c| c.answer.trace.flags.0.into()),
+    ("c_ballast_cc", |c| 1e6 * f64::from(c.answer.command.ballast_m3)),
+    ("c_battpos_m", |c| c.answer.command.battery_mass_m.into()),
+    ("c_fin_rad", |c| c.answer.command.fin_rad.into()),
+    ("c_drop_weight", |c| f64::from(u8::from(c.answer.command.drop_weight))),
+    ("c_pitch_rad", |c| c.answer.trace.pitch_setpoint_rad.into()),
+    ("est_alpha_rad", |c| c.answer.trace.alpha_rad.into()),
+    ("est_speed_m_s", |c| c.answer.trace.speed_m_s.into()),
+    ("est_glide_angle_rad", |c| c.answer.trace.glide_angle_rad.into()),
+    ("est_depth_m", |c| c.answer.trace.depth_m.into()),
+    ("learned_drag", |c| c.learned.map_or(f64::NAN, |l| l[0].into())),
+    ("learned_drag_of_lift", |c| c.learned.map_or(f64::NAN, |l| l[1].into())),
+    ("learned_lift", |c| c.learned.map_or(f64::NAN, |l| l[2].into())),
 ];
 
 /// Expressions that are watched, with their text.
@@ -57,16 +67,25 @@ fn watched(texts: &[String]) -> anyhow::Result<Watched> {
     texts.iter().map(|text| Ok((text.clone(), formula(text)?))).collect()
 }
 
-fn value_of(formula: &Formula, frame: &SensorFrame, answer: &Answer) -> f64 {
-    formula.value(|name| SIGNALS.iter().find(|s| s.0 == name).map_or(f64::NAN, |s| s.1(frame, answer)))
+fn value_of(formula: &Formula, cycle: &Cycle) -> f64 {
+    formula.value(|name| SIGNALS.iter().find(|s| s.0 == name).map_or(f64::NAN, |s| s.1(cycle)))
+}
+
+/// The next cycle, and its place; none at the end of the record.
+fn next(record: &Record, stepper: &mut Stepper<'_>) -> Option<(usize, Cycle)> {
+    let index = stepper.at();
+    let answer = stepper.step()?;
+    let frame = record.steps.get(index).map(|s| s.frame).unwrap_or_default();
+    Some((index, Cycle { frame, answer, learned: stepper.learned() }))
 }
 
 const HEAD: &str = "  cycle   time s phase       abort           depth m pitch° aimed° ballast ordered";
 
 /// One cycle on one line, what is watched and what differs from the record below it.
-fn lines(record: &Record, index: usize, answer: &Answer, watched: &Watched) -> Vec<String> {
+fn lines(record: &Record, index: usize, cycle: &Cycle, watched: &Watched) -> Vec<String> {
     let Some(step) = record.steps.get(index) else { return Vec::new() };
-    let (f, t) = (&step.frame, &answer.trace);
+    let Cycle { frame: f, answer, .. } = cycle;
+    let t = &answer.trace;
     let mut out = vec![format!(
         "{index:>7} {:>8.0} {:<11} {:<15} {:>7.1} {:>6.1} {:>6.1} {:>7.1} {:>7.1}",
         record.time_s(index),
@@ -82,7 +101,7 @@ fn lines(record: &Record, index: usize, answer: &Answer, watched: &Watched) -> V
     if !flags.is_empty() {
         out.push(format!("        degraded: {}", flags.join(", ")));
     }
-    out.extend(watched.iter().map(|(text, formula)| format!("        {text} = {:.6}", value_of(formula, f, answer))));
+    out.extend(watched.iter().map(|(text, formula)| format!("        {text} = {:.6}", value_of(formula, cycle))));
     out.extend(differences(&step.answer, answer).iter().map(|d| format!("        differs: {}", d.words())));
     out
 }
@@ -106,20 +125,19 @@ pub fn shown(
     stepper.seek(record.index(at_s));
     let mut rows = Vec::new();
     while rows.len() < cycles {
-        let index = stepper.at();
-        let Some(answer) = stepper.step() else { break };
-        rows.push((index, answer));
+        let Some(cycle) = next(record, &mut stepper) else { break };
+        rows.push(cycle);
     }
-    let document = rows.iter().map(|(i, answer)| {
-        let frame = record.steps.get(*i).map(|s| s.frame).unwrap_or_default();
-        let signals: serde_json::Map<_, _> = SIGNALS.iter().map(|s| (s.0.to_owned(), json!(s.1(&frame, answer)))).collect();
-        let values: serde_json::Map<_, _> = watched.iter().map(|(t, f)| (t.clone(), json!(value_of(f, &frame, answer)))).collect();
+    let document = rows.iter().map(|(i, cycle)| {
+        let answer = &cycle.answer;
+        let signals: serde_json::Map<_, _> = SIGNALS.iter().map(|s| (s.0.to_owned(), json!(s.1(cycle)))).collect();
+        let values: serde_json::Map<_, _> = watched.iter().map(|(t, f)| (t.clone(), json!(value_of(f, cycle)))).collect();
         json!({ "cycle": i, "time_s": record.time_s(*i), "abort": answer.trace.abort.map(|a| format!("{a:?}")), "signals": signals, "watched": values,
             "differs": record.steps.get(*i).map_or(Vec::new(), |s| differences(&s.answer, answer)).iter().map(|d| d.signal).collect::<Vec<_>>() })
     });
     output.emit(&json!({ "cycles": document.collect::<Vec<_>>() }), || {
         println!("{HEAD}");
-        rows.iter().flat_map(|(i, answer)| lines(record, *i, answer, &watched)).for_each(|line| println!("{line}"));
+        rows.iter().flat_map(|(i, cycle)| lines(record, *i, cycle, &watched)).for_each(|line| println!("{line}"));
     });
     Ok(Verdict::Ok)
 }
@@ -171,9 +189,8 @@ pub fn at_a_prompt(record: &Record, table: Option<&[u8]>, watch: &[String]) -> a
             }
         }
         for _ in 0..if matches!(order, "next" | "n") { count } else { 1 } {
-            let index = stepper.at();
-            match stepper.step() {
-                Some(answer) => lines(record, index, &answer, &watched).iter().for_each(|line| println!("{line}")),
+            match next(record, &mut stepper) {
+                Some((index, cycle)) => lines(record, index, &cycle, &watched).iter().for_each(|line| println!("{line}")),
                 None => say("the record ends here"),
             }
         }
@@ -183,10 +200,8 @@ pub fn at_a_prompt(record: &Record, table: Option<&[u8]>, watch: &[String]) -> a
 
 /// To the first cycle from here on where a formula is above zero, to show it next.
 fn until(record: &Record, stepper: &mut Stepper<'_>, formula: &Formula) {
-    loop {
-        let index = stepper.at();
-        let Some(answer) = stepper.step() else { return };
-        if record.steps.get(index).is_some_and(|s| value_of(formula, &s.frame, &answer) > 0.0) {
+    while let Some((index, cycle)) = next(record, stepper) {
+        if value_of(formula, &cycle) > 0.0 {
             return stepper.seek(index);
         }
     }

@@ -239,77 +239,6 @@ pub fn steady(polar: &impl Polar, trim: &Trim) -> Result<Glides, GlideError> {
     Err(GlideError::Input("force"))
 }
 
-/// How a steady glide answers small changes: logarithmic derivatives, 1 (1 % more of the input gives so many % of the output).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensitivity {
-    /// Of L/D.
-    pub l_over_d: f64,
-    /// Of the speed through the water.
-    pub speed: f64,
-    /// Of the sink rate.
-    pub sink: f64,
-}
-
-/// What a glide is sensitive to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensitivities {
-    /// To C_L at every α.
-    pub lift: Sensitivity,
-    /// To C_D at every α.
-    pub drag: Sensitivity,
-    /// To the net buoyancy.
-    pub buoyancy: Sensitivity,
-    /// To the pitch.
-    pub pitch: Sensitivity,
-}
-
-/// A polar with lift and drag scaled, for sensitivities.
-struct Scaled<'a, P> {
-    polar: &'a P,
-    lift: f64,
-    drag: f64,
-}
-
-impl<P: Polar> Polar for Scaled<'_, P> {
-    fn reference_area_m2(&self) -> f64 {
-        self.polar.reference_area_m2()
-    }
-    fn force(&self, flow: &Flow) -> LiftDrag {
-        let f = self.polar.force(flow);
-        LiftDrag { cl: self.lift * f.cl, cd: self.drag * f.cd }
-    }
-    fn alpha_valid_rad(&self) -> f64 {
-        self.polar.alpha_valid_rad()
-    }
-}
-
-/// Sensitivities of the lowest root, central differences of ±0.1 %.
-///
-/// # Errors
-/// There is no steady glide at this trim or beside it.
-pub fn sensitivities(polar: &impl Polar, trim: &Trim) -> Result<Sensitivities, GlideError> {
-    const STEP: f64 = 1e-3;
-    let at = |lift: f64, drag: f64, buoyancy: f64, pitch: f64| {
-        let trim = Trim { net_buoyancy_n: trim.net_buoyancy_n * buoyancy, pitch_rad: trim.pitch_rad * pitch, ..*trim };
-        steady(&Scaled { polar, lift, drag }, &trim).map(|g| g.lowest)
-    };
-    let between = |less: Glide, more: Glide| {
-        let d = |a: f64, b: f64| libm::log(b / a) / libm::log((1.0 + STEP) / (1.0 - STEP));
-        Sensitivity {
-            l_over_d: d(less.l_over_d, more.l_over_d),
-            speed: d(less.speed_m_s, more.speed_m_s),
-            sink: d(less.sink_m_s.abs(), more.sink_m_s.abs()),
-        }
-    };
-    let (l, h) = (1.0 - STEP, 1.0 + STEP);
-    Ok(Sensitivities {
-        lift: between(at(l, 1.0, 1.0, 1.0)?, at(h, 1.0, 1.0, 1.0)?),
-        drag: between(at(1.0, l, 1.0, 1.0)?, at(1.0, h, 1.0, 1.0)?),
-        buoyancy: between(at(1.0, 1.0, l, 1.0)?, at(1.0, 1.0, h, 1.0)?),
-        pitch: between(at(1.0, 1.0, 1.0, l)?, at(1.0, 1.0, 1.0, h)?),
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -375,13 +304,16 @@ mod tests {
     #[test]
     fn prop_speed_goes_with_the_root_of_buoyancy_and_areas_change_no_angle() {
         let trim = dive(21.9, 2.12, 1005.8);
-        let s = sensitivities(&ForceModel::new(at_sea(7.53), &[]), &trim).unwrap();
-        assert!((s.buoyancy.speed - 0.5).abs() < 1e-6 && s.buoyancy.l_over_d.abs() < 1e-6, "{s:?}");
-        assert!((s.lift.l_over_d + s.drag.l_over_d).abs() < 1e-5, "lift and drag together change no angle: {s:?}");
-        assert!(s.lift.l_over_d > 0.0 && s.pitch.l_over_d < 0.0 && s.drag.speed < 0.0, "{s:?}");
+        let of = |c: Constants, trim: &Trim| steady(&ForceModel::new(c, &[]), trim).unwrap().lowest;
+        let one = of(at_sea(7.53), &trim);
+        let four_times = of(at_sea(7.53), &Trim { net_buoyancy_n: 4.0 * trim.net_buoyancy_n, ..trim });
+        let twice_as_large = of(Constants { reference_area_m2: 0.2, ..at_sea(7.53) }, &trim);
+        for (other, speed) in [(four_times, 2.0), (twice_as_large, 0.5_f64.sqrt())] {
+            assert!((other.l_over_d / one.l_over_d - 1.0).abs() < 1e-6, "{other:?} {one:?}");
+            assert!((other.speed_m_s / one.speed_m_s / speed - 1.0).abs() < 1e-6, "{other:?} {one:?}");
+        }
         // 4.6 % of L/D per degree of path at 25 deg, independent of the polar: d ln cot γ = −2/sin 2γ dγ.
-        let g = steady(&ForceModel::new(at_sea(7.53), &[]), &trim).unwrap().lowest;
-        let per_degree = 2.0 / (2.0 * g.gamma_rad.abs()).sin() * 1f64.to_radians();
+        let per_degree = 2.0 / (2.0 * one.gamma_rad.abs()).sin() * 1f64.to_radians();
         assert!((per_degree - 0.046).abs() < 5e-4, "{per_degree}");
     }
 

@@ -1,9 +1,11 @@
 //! Files are written beside their name and renamed: whole or not at all; and none is replaced that nobody meant to replace.
 //!
-//! A killed program or a full disk leaves the old file, or none, under the final name; at most a `.part` beside it.
+//! A killed program or a full disk leaves the old file, or none, under the final name; at most a `.part` beside it, which the next command
+//! that may write the file clears away.
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::{Context as _, bail, ensure};
 
@@ -11,6 +13,25 @@ use anyhow::{Context as _, bail, ensure};
 fn part_of(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+/// Age from which a part is left over: until then it may be written by a process of another machine, which is not seen from here.
+const LEFT_OVER: Duration = Duration::from_secs(60);
+
+/// Removes the parts of `path` that killed programs left: old ones, of processes that no longer live (seen on Linux alone).
+fn clear_left_over(path: &Path) {
+    let begin = format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy());
+    let left_over = |e: std::fs::DirEntry| {
+        let id: u32 = e.file_name().to_str()?.strip_prefix(&begin)?.strip_suffix(".part")?.parse().ok()?;
+        let is_dead = Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{id}")).exists();
+        (is_dead && e.metadata().ok()?.modified().ok()?.elapsed().ok()? > LEFT_OVER).then(|| e.path())
+    };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::read_dir(folder).into_iter().flatten().flatten().filter_map(left_over).for_each(|part| remove(&part));
+}
+
+fn remove(part: &Path) {
+    let _ = if part.is_dir() { std::fs::remove_dir_all(part) } else { std::fs::remove_file(part) };
 }
 
 /// Writes `path` whole, in place of what is there.
@@ -45,7 +66,7 @@ pub fn at<E: From<io::Error>>(path: &Path, f: impl FnOnce(&Path) -> Result<(), E
     }
     let made = f(&part).and_then(|()| Ok(std::fs::rename(&part, path)?));
     if made.is_err() {
-        let _ = if part.is_dir() { std::fs::remove_dir_all(&part) } else { std::fs::remove_file(&part) };
+        remove(&part);
     }
     made
 }
@@ -82,12 +103,13 @@ pub fn in_place_of<E: From<io::Error>>(path: &Path, names: &[&str], f: impl FnOn
 }
 
 /// Whether the folder `out` may be written: it is not there yet, or with `force` holds nothing but files of these names (with the first of
-/// them, unless it is empty) and none of the inputs.
+/// them, unless it is empty) and none of the inputs. What killed programs left of it goes.
 ///
 /// # Errors
 /// Why not, with the way out.
 pub fn may_write_folder(out: &Path, inputs: &[&Path], names: &[&str], force: bool) -> anyhow::Result<()> {
     let name = out.display();
+    clear_left_over(out);
     if !out.exists() {
         return Ok(());
     }
@@ -112,7 +134,8 @@ pub fn may_write_folder(out: &Path, inputs: &[&Path], names: &[&str], force: boo
     Ok(())
 }
 
-/// Whether `out` may be written: it is none of the inputs, ends as its content does, and is not there yet unless `force`.
+/// Whether `out` may be written: it is none of the inputs, ends as its content does, and is not there yet unless `force`. What killed
+/// programs left of it goes.
 ///
 /// # Errors
 /// Why not, with the way out.
@@ -132,6 +155,7 @@ pub fn may_write(out: &Path, inputs: &[&Path], endings: &[&str], force: bool) ->
     }
     ensure!(!out.is_dir(), "{name}: is a folder; name a file");
     ensure!(force || !out.exists(), "{name}: exists; name another file, or replace it with --force");
+    clear_left_over(out);
     Ok(())
 }
 
@@ -160,6 +184,32 @@ mod tests {
         let deep = folder.join("new/folder/b.json");
         write(&deep, "b").expect("with its folder");
         assert_eq!(std::fs::read_to_string(&deep).expect("there"), "b");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn regress_parts_of_killed_programs_are_cleared_away() {
+        let folder = folder("parts");
+        let mut child = std::process::Command::new("true").spawn().expect("starts");
+        child.wait().expect("ends");
+        let [dead, own] = [child.id(), std::process::id()];
+        let age = |path: &Path, seconds| {
+            let file = std::fs::File::open(path).expect("there");
+            file.set_modified(std::time::SystemTime::now() - Duration::from_secs(seconds)).expect("set");
+        };
+        let names = [format!(".a.nc.{dead}.part"), format!(".b.nc.{dead}.part"), format!(".a.nc.{own}.part"), format!(".x.{dead}.part")];
+        for name in &names[..3] {
+            std::fs::write(folder.join(name), "half").expect("written");
+        }
+        std::fs::create_dir(folder.join(&names[3])).expect("made");
+        names.iter().for_each(|name| age(&folder.join(name), 61));
+        may_write(&folder.join("a.nc"), &[], &["nc"], false).expect("it may");
+        may_write_folder(&folder.join("x"), &[], &[], false).expect("it may");
+        assert_eq!([0, 1, 2, 3].map(|i| folder.join(&names[i]).exists()), [false, true, true, false]);
+        age(&folder.join(&names[1]), 3);
+        may_write(&folder.join("b.nc"), &[], &["nc"], false).expect("it may");
+        assert!(folder.join(&names[1]).exists(), "it may be of another machine");
         std::fs::remove_dir_all(&folder).expect("removed");
     }
 

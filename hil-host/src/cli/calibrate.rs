@@ -82,11 +82,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let mut flights: Vec<Logged> = Vec::new();
     let mut given = None;
     for path in &args.flight {
-        let (one, vehicle) = logged(path, start.as_deref())?;
-        named_once(path, &one.flight, args.flight.iter().zip(flights.iter().map(|f| &f.flight)))?;
+        // First: the first flight's file says nothing of the segments of another vehicle.
         if args.vehicle.is_none() && !flights.is_empty() {
             of_one_vehicle(&args.flight[0], given.as_ref(), path)?;
         }
+        let (one, vehicle) = logged(path, start.as_deref())?;
+        named_once(path, &one.flight, args.flight.iter().zip(flights.iter().map(|f| &f.flight)))?;
         flights.push(one);
         given = given.or(Some(vehicle));
     }
@@ -143,12 +144,23 @@ fn write_history(flights: &[Logged], vehicle_file: &Path) -> anyhow::Result<Opti
     Ok(Some((path, history)))
 }
 
-/// Refuses a flight whose own vehicle file is of another vehicle than the first flight's: its mass differs by more than ballasting makes.
+/// Refuses a flight whose own vehicle file is of another vehicle than the first flight's: its wings are others, or its mass differs by more
+/// than ballasting makes.
 fn of_one_vehicle(first: &Path, given: Option<&logs::Vehicle>, other: &Path) -> anyhow::Result<()> {
     /// Share of the mass (guess).
     const BALLASTED: f64 = 0.03;
     let (Some(given), Some(own)) = (given, vehicle::file_next_to(other)?) else { return Ok(()) };
-    let [a, b] = [given.constants.mass_kg, vehicles::read(&own)?.constants.mass_kg];
+    let other = vehicles::read(&own)?;
+    let wings = [given, &other].map(crate::next_mission::wings);
+    anyhow::ensure!(
+        wings[0] == wings[1],
+        "{} has {} wings, the vehicle of {} {}: flights of one wing set are calibrated together",
+        own.display(),
+        wings[1],
+        first.display(),
+        wings[0]
+    );
+    let [a, b] = [given.constants.mass_kg, other.constants.mass_kg];
     anyhow::ensure!(
         (b / a - 1.0).abs() <= BALLASTED,
         "{} weighs {b:.1} kg, the vehicle of {} {a:.1} kg: flights of one vehicle are calibrated together; if they are, name it with --vehicle",

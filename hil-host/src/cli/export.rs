@@ -89,7 +89,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         Some(vehicle) => modelled(args, &flight, vehicle)?.map(|compared| (vehicle, compared)),
         None => None,
     };
-    let (about, mut notes) = about(args, flight.time_s.first().copied().unwrap_or(0.0))?;
+    let span = [flight.time_s.first(), flight.time_s.last()].map(|t| t.copied().unwrap_or(0.0));
+    let (about, mut notes) = about(args, span)?;
     notes.extend(flight.unread.iter().map(|what| format!("left out: {what}")));
     notes.extend(undated(args, &about));
     rig::whole_file::at(&out, |part| -> anyhow::Result<()> {
@@ -145,8 +146,13 @@ fn undated(args: &Args, about: &About) -> Option<String> {
     }
 }
 
-/// Date of `--start`, in the time of gliders.
-fn start_of(text: &str) -> anyhow::Result<f64> {
+/// Date of `--start`, in the time of gliders; no time of the log, which has this span.
+fn start_of(text: &str, [first_s, last_s]: [f64; 2]) -> anyhow::Result<f64> {
+    anyhow::ensure!(
+        text.parse::<f64>().is_err(),
+        "--start {text}: expected the date of the first row, such as 2026-05-02T09:15:00Z; the log spans {first_s:.0} to {last_s:.0} s, \
+         and all of it is written"
+    );
     let unix_s = iso_8601(text).with_context(|| format!("--start {text}: expected a date such as 2026-05-02T09:15:00Z"))?;
     let possible = ["1990-01-01T00:00:00Z", "2100-01-01T00:00:00Z"].map(|date| iso_8601(date).unwrap_or(f64::NAN));
     anyhow::ensure!(
@@ -156,11 +162,11 @@ fn start_of(text: &str) -> anyhow::Result<f64> {
     Ok(unix_s)
 }
 
-/// Date, places and people: of the import, and of the arguments; `first_s` is the time of the first row. With notes.
-fn about(args: &Args, first_s: f64) -> anyhow::Result<(About, Vec<String>)> {
+/// Date, places and people: of the import, and of the arguments; `span` has the times of first and last row. With notes.
+fn about(args: &Args, span: [f64; 2]) -> anyhow::Result<(About, Vec<String>)> {
     let import = import_json(&args.flight);
     let imported = start_unix_s(&import);
-    let stated = args.start.as_deref().map(start_of).transpose()?.map(|date| date - first_s);
+    let stated = args.start.as_deref().map(|text| start_of(text, span)).transpose()?.map(|date| date - span[0]);
     let replaced = imported.zip(stated).filter(|(was, is)| (was - is).abs() > 1.0);
     let notes = replaced.map(|(was, is)| {
         format!("--start {} takes the place of the date of import.json, {}: {:+.0} s", compact_date(is), compact_date(was), is - was)

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Share of the broken laws that the campaign has to notice.
@@ -98,7 +98,17 @@ enum Then {
     #[command(
         after_help = "Examples:\n  glider faults merge part*.json --out out/faults.json\n  glider faults merge part1.json part2.json --json\nExit code as without shards; 2: bad input, as a shard that is missing."
     )]
-    Merge(MergeArgs),
+    Merge(FaultsMergeArgs),
+}
+
+/// Arguments of `faults merge`.
+#[derive(clap::Args, Debug)]
+struct FaultsMergeArgs {
+    #[command(flatten)]
+    merge: MergeArgs,
+    /// Where the page goes; default: as without shards.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 /// What a campaign's missions depend on.
@@ -119,13 +129,14 @@ struct Plan {
 /// # Errors
 /// Bad input, with the file and the fix.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
-    if let Some(Then::Merge(merge)) = &args.then {
+    if let Some(Then::Merge(FaultsMergeArgs { merge, html })) = &args.then {
         let alone = args.out.is_none() && args.shards.shard.is_none() && args.sample.is_none() && args.only.is_none();
         ensure!(alone, "what merge is to do stands after it: glider faults merge PART… --out FILE");
         let merged = parts(merge, &["faults"], output)?;
         let plan: Plan = serde_json::from_value(merged.plan.clone()).context("these parts are of another version of glider")?;
-        let html = merge.html.as_ref().unwrap_or(&args.html);
-        return fly(&plan, &Session::merging("faults", merged), &To { out: merge.out.as_deref(), html, list: merge.list }, args, output);
+        let to = To { out: merge.out.as_deref(), list: merge.list };
+        let html = html.as_ref().unwrap_or(&args.html);
+        return fly(&plan, &Session::merging("faults", merged), (&to, html), args, output);
     }
     let choice: Choice = args.seat.parse().unwrap_or(Choice::InProcess);
     let in_shards = args.shards.shard.is_some() || args.shards.resume || args.shards.cache.is_some();
@@ -157,11 +168,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     };
     let files = (args.out.as_deref(), args.html.as_path());
     let session = Session::open(&args.shards, ("faults", &json!(plan)), files, args.jobs, output)?;
-    fly(&plan, &session, &To { out: args.out.as_deref(), html: &args.html, list: args.list }, args, output)
+    fly(&plan, &session, (&To { out: args.out.as_deref(), list: args.list }, &args.html), args, output)
 }
 
 /// Flies the missions of a plan, or takes them from parts, and reports.
-fn fly(plan: &Plan, session: &Session, to: &To, args: &Args, output: &Output) -> anyhow::Result<Verdict> {
+fn fly(plan: &Plan, session: &Session, (to, html): (&To, &Path), args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if let Some(n) = plan.healthy {
         return healthy(n, plan, session, to, output);
     }
@@ -184,7 +195,7 @@ fn fly(plan: &Plan, session: &Session, to: &To, args: &Args, output: &Output) ->
     }
     let flown = verdicts(done.into_iter().map(|d| (&blocks[d.place], d.value)));
     let seat = if choice == Choice::InProcess { None } else { Some(compare(args, &choice, &flown[1])?) };
-    let verdict = report(&flown, (plan.seed, &choice), seat, (started, session.merges()), to, output)?;
+    let verdict = report(&flown, (plan.seed, &choice), seat, (started, session.merges()), (to, html), output)?;
     session.close();
     Ok(verdict)
 }

@@ -1,13 +1,13 @@
 //! `glider fly`.
 
-mod both_tables;
 pub mod extctl;
 pub mod own_parts;
 
 use super::diagnose::load_and_ask;
 use super::{Output, Verdict};
+use crate::score::both_tables::{self, Drawn, WORLDS};
 use crate::score::story;
-use crate::terminal::{say, wrapped_from};
+use crate::terminal::{row, say};
 use anyhow::{Context, anyhow, bail, ensure};
 use discovery::hypotheses::search::Depth;
 use discovery::workbench::add;
@@ -124,6 +124,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     if choice == Choice::Parts {
         return own_parts::run(args, output, mission, scenario);
     }
+    ensure!(args.first_table.is_none() || args.controller == "ours", "--controller stock flies no table; leave out --beside");
     let mut seat = seat(args, &choice)?;
     if args.recover {
         recover(&mut *seat)?;
@@ -133,7 +134,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         setup.config = config_file::load(path)?;
     }
     setup.table = args.table.as_deref().map(|path| table_of(path, mission.wings)).transpose()?;
-    let both = args.first_table.as_deref().map(|old| both_tables::fly(old, &setup, &scenario, vehicle.as_ref())).transpose()?;
+    let both = args.first_table.as_deref().map(|old| with_the_old(old, &setup, &scenario, vehicle.as_ref())).transpose()?;
     // With a fault, another law or a clock that is waited for it would say nothing.
     let alike = choice == Choice::InProcess && args.controller == "ours" && args.faults.is_empty() && realtime.is_none();
     let other = if alike { other_goal::flown(&setup, &scenario)? } else { None };
@@ -147,8 +148,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
         Err(e) => return Err(recorder.map_or(anyhow!("{e}"), |r| r.cut_short(anyhow!("{e}")))),
     };
     let mut document = summary(&out, &world, args, &mission, &seat.describe());
-    if let Some(both) = &both {
-        both.add_to(&mut document, out.achieved_l_over_d());
+    if let Some((before, drawn)) = &both {
+        let old = before.achieved_l_over_d();
+        let other_flight = json!({
+            "table": args.first_table, "table_id": format!("{:08x}", before.table_id), "achieved_l_over_d": round(old, 4),
+            "distance_m": round(before.distance_m, 2), "end": before.end.to_string(),
+        });
+        both_tables::add_to(&mut document, other_flight, [old, out.achieved_l_over_d()], Some(drawn));
     }
     if let Some((goal, other)) = &other {
         document["other_goal"] = json!({
@@ -164,6 +170,18 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     }
     output.emit(&document, || print(&document, args));
     Ok(verdict(&out, args))
+}
+
+/// The old table in this world, and both in worlds that are drawn.
+fn with_the_old(path: &Path, setup: &Setup, scenario: &Scenario, vehicle: Option<&Vehicle>) -> anyhow::Result<(Outcome, Drawn)> {
+    let old = table_of(path, setup.mission.wings)?;
+    let new = setup.table.as_deref().context("--beside asks for --table")?;
+    let before = story::fly_table(&old, setup, scenario).with_context(|| format!("with the table of {}", path.display()))?;
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} worlds  {elapsed}").unwrap_or(ProgressStyle::default_bar());
+    let bar = ProgressBar::new(WORLDS).with_style(style);
+    let drawn = both_tables::in_drawn_worlds([&old, new], setup, scenario, vehicle, &|_| bar.inc(1));
+    bar.finish_and_clear();
+    Ok((before, drawn))
 }
 
 /// What is said of the table of a vehicle file that flies in the world of another vehicle.
@@ -364,9 +382,11 @@ pub(super) fn print(d: &Value, args: &Args) {
         _ => String::new(),
     };
     say(&format!("energy         {:.2} J/m{would}", n("joule_per_m")));
-    both_tables::print(d);
+    if let Some(gain) = d["range_gain_in_words"].as_str() {
+        row("beside", &format!("{:.3} with the other table: {gain}", d["beside"]["achieved_l_over_d"].as_f64().unwrap_or(f64::NAN)));
+    }
     if let Some(note) = d["note"].as_str() {
-        say(&format!("note           {}", wrapped_from(15, note, 15)));
+        row("note", note);
     }
     say(&format!("end            {}", s("end")));
 }

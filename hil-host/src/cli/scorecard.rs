@@ -90,9 +90,6 @@ pub struct DiscoveryArgs {
     /// Write the cases to this folder instead of scoring them; the truth goes to its subfolder `truth`.
     #[arg(long, value_name = "DIR")]
     write: Option<PathBuf>,
-    /// Where the page goes.
-    #[arg(long, value_name = "FILE", default_value = DISCOVERY_PAGE)]
-    html: PathBuf,
     /// Write the scorecard as JSON, without the times that it took; of a shard its results.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -109,8 +106,6 @@ pub struct DiscoveryArgs {
     #[arg(long)]
     list: bool,
 }
-
-const DISCOVERY_PAGE: &str = "out/scorecard-discovery.html";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
 enum Only {
@@ -157,9 +152,7 @@ fn merge(args: &ScorecardMergeArgs, output: &Output) -> anyhow::Result<Verdict> 
     const COMMANDS: [&str; 3] = [DISCOVERY, timeline::TIMELINE_COMMAND, real::REAL_COMMAND];
     let merged = parts(&args.merge, &COMMANDS, output)?;
     let (command, plan) = (merged.command.clone(), merged.plan.clone());
-    let default = if command == DISCOVERY { DISCOVERY_PAGE } else { real::REAL_PAGE };
-    let html = args.merge.html.as_deref().unwrap_or(Path::new(default));
-    let to = To { out: args.merge.out.as_deref(), html, list: args.merge.list };
+    let to = To { out: args.merge.out.as_deref(), list: args.merge.list };
     if command == DISCOVERY {
         discover(&serde_json::from_value(plan)?, &Session::merging(DISCOVERY, merged), &to, output)
     } else if command == timeline::TIMELINE_COMMAND {
@@ -204,9 +197,9 @@ pub(super) fn cases_bar(count: usize, what: &str) -> ProgressBar {
 fn discovery(args: &DiscoveryArgs, output: &Output) -> anyhow::Result<Verdict> {
     let plan = Plan { cases: args.cases, seed: args.seed, only: args.only.map(Only::kind), nature: args.nature, earlier: args.earlier };
     let Some(folder) = &args.write else {
-        let files = (args.out.as_deref(), args.html.as_path());
+        let files = (args.out.as_deref(), Path::new("out/scorecard-discovery"));
         let session = Session::open(&args.shards, (DISCOVERY, &json!(plan)), files, args.jobs, output)?;
-        return discover(&plan, &session, &To { out: args.out.as_deref(), html: &args.html, list: args.list }, output);
+        return discover(&plan, &session, &To { out: args.out.as_deref(), list: args.list }, output);
     };
     let specs = plant::trials::plan(plan.cases, plan.seed, plan.only);
     let bar = cases_bar(specs.len(), "cases");
@@ -246,12 +239,8 @@ fn discover(of: &Plan, session: &Session, to: &To, output: &Output) -> anyhow::R
     document["earlier_dives"] = json!(of.earlier);
     document["list"] = scored.iter().map(diagnosis::case_document).collect();
     document["sha256"] = file_report(to.out, part::report(&document).as_bytes())?.into();
-    crate::pages::diagnosis_scorecard::page(&document, of.seed).write(to.html)?;
     session.close();
-    output.emit(&document, || {
-        print(&document, to.list);
-        say(&format!("Page: {}", to.html.display()));
-    });
+    output.emit(&document, || print(&document, to.list));
     Ok(if failures > 0 { Verdict::Negative } else { Verdict::Ok })
 }
 

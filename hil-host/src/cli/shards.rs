@@ -40,9 +40,6 @@ pub struct MergeArgs {
     /// Write the whole report as JSON.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Where the page goes; default: as without shards.
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
     /// List every case, not only the tables.
     #[arg(long)]
     pub list: bool,
@@ -53,8 +50,6 @@ pub struct MergeArgs {
 pub struct To<'a> {
     /// All of it, as JSON.
     pub out: Option<&'a Path>,
-    /// The page; what is kept is beside it.
-    pub html: &'a Path,
     /// Whether every case is printed.
     pub list: bool,
 }

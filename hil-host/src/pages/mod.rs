@@ -12,8 +12,6 @@
 
 pub mod answer_charts;
 pub mod chart;
-pub mod control_scorecard;
-pub mod diagnosis_scorecard;
 pub mod effect_list;
 pub mod fault_campaign;
 pub mod figure;
@@ -23,7 +21,6 @@ pub mod places;
 pub mod plots;
 #[cfg(feature = "figures")]
 mod printed;
-pub mod real_scorecard;
 pub mod timeline_document;
 pub mod timeline_figure;
 pub mod track_map;

@@ -1,5 +1,6 @@
 //! How good it is in numbers: control law, diagnosis on simulated and on real flights, missions, the whole loop.
 
+pub mod both_tables;
 pub mod cases;
 pub mod contradictions;
 pub mod control_law;

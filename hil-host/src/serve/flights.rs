@@ -79,6 +79,16 @@ impl Opened {
         Ok(opened)
     }
 
+    /// The text of its vehicle file with these effects fitted, or with none but recalibrated; and that vehicle, with the name of its file.
+    fn with(&self, effects: &[&'static Effect]) -> anyhow::Result<(String, Vehicle)> {
+        let parent = self.vehicle.document.to_string();
+        let text = format!("{:#}\n", add::add(&self.flight, &self.vehicle, effects, parent.as_bytes())?.vehicle);
+        let names: Vec<&str> = effects.iter().map(|e| e.name).collect();
+        let what = if names.is_empty() { "calibrated".into() } else { format!("with-{}", names.join("-")) };
+        let vehicle = logs::vehicle::parse_text(&text, Path::new(&format!("{}-{what}.json", self.vehicle.name)))?;
+        Ok((text, vehicle))
+    }
+
     fn summary(&self) -> Value {
         let hours = self.prepared.runs.iter().filter_map(|r| Some(r.time_s.last()? - r.time_s.first()?)).sum::<f64>() / 3600.0;
         let notes = [&self.notes[..], &self.prepared.notes].concat();
@@ -421,17 +431,8 @@ impl Workbench {
     pub fn save(&self, request: &Evaluate) -> anyhow::Result<Value> {
         let opened = self.flight(request.flight)?;
         let effects: Vec<_> = active(&request.effects)?.iter().map(|a| a.effect).collect();
-        let parent = opened.vehicle.document.to_string();
-        let added = add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?;
-        let text = format!("{:#}\n", added.vehicle);
-        let what = if effects.is_empty() {
-            "calibrated".into()
-        } else {
-            format!("with-{}", effects.iter().map(|e| e.name).collect::<Vec<_>>().join("-"))
-        };
-        let name = format!("{}-{what}.json", opened.vehicle.name);
-        let refitted = logs::vehicle::parse_text(&text, Path::new(&name))?;
-        let mut answer = json!({"vehicle": {"name": name, "text": text}});
+        let (text, refitted) = opened.with(&effects)?;
+        let mut answer = json!({"vehicle": {"name": refitted.path, "text": text}});
         match story::table_of(&refitted, text.as_bytes()) {
             Ok(table) => {
                 let bytes: Vec<u8> = table.bytes;
@@ -444,18 +445,17 @@ impl Workbench {
 }
 
 impl Workbench {
-    /// The vehicle as opened and as refitted with these effects, or with none but recalibrated, each with its flight table: as given, learnt.
+    /// The vehicle as opened and as refitted with these effects, or with none but recalibrated, each with its flight table: as given, learnt;
+    /// and the vehicle file that was learnt.
     ///
     /// # Errors
     /// Nothing to fit, or a vehicle that no table can be made of.
-    pub fn learnt(&self, request: &Fit) -> anyhow::Result<[(Model, Built); 2]> {
+    pub fn learnt(&self, request: &Fit) -> anyhow::Result<([(Model, Built); 2], Vehicle)> {
         let opened = self.flight(request.flight)?;
         let effects = request.effects.iter().map(|n| called(n)).collect::<anyhow::Result<Vec<_>>>()?;
-        let parent = opened.vehicle.document.to_string();
-        let text = format!("{:#}\n", add::add(&opened.flight, &opened.vehicle, &effects, parent.as_bytes())?.vehicle);
-        let refitted = logs::vehicle::parse_text(&text, Path::new("learnt.json"))?;
+        let (text, refitted) = opened.with(&effects)?;
         let both =
             |vehicle: &Vehicle, text: &str| anyhow::Ok((Model::of_coefficients(vehicle, 0)?, story::table_of(vehicle, text.as_bytes())?));
-        Ok([both(&opened.vehicle, &parent)?, both(&refitted, &text)?])
+        Ok(([both(&opened.vehicle, &opened.vehicle.document.to_string())?, both(&refitted, &text)?], refitted))
     }
 }

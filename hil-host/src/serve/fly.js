@@ -95,15 +95,18 @@
       if (!timer) timer = setTimeout(drawLive, 150);
       say(status, `Flying in the seat ${m.seat}${passName ? `, ${passName}` : ''}.`);
     }
+    if (m.worlds) {
+      stop.disabled = true;
+      say(status, `Flying both tables in worlds within the tolerances of the vehicle: ${m.worlds} of ${m.of}.`);
+    }
     if (m.end) ended(m);
   };
   let passName = '';
   const ended = (m) => {
     say(status, `End: ${m.end}. ${m.dives} dives, ${fmt(m.distance_m)} m, L/D ${fmt(m.achieved_l_over_d)} of ${fmt(m.max_l_over_d)}. Log: ${m.log}`, m.end === 'done' ? 'good' : '');
-    if (!m.both) return;
+    if (!m.beside) return;
     const row = (name, f) => [name, f.table_id, fmt(f.achieved_l_over_d), fmt(f.distance_m), f.end];
-    const gain = 100 * m.range_gain;
-    both.replaceChildren(Glider.table({ caption: `Same world, two tables: ${gain >= 0 ? '+' : '−'}${Math.abs(gain).toFixed(1)} % range with the new one`, head: ['', 'table', 'L/D flown', 'over ground (m)', 'end'], rows: [row('old table', m.both[0]), row('new table', m.both[1])] }));
+    both.replaceChildren(Glider.table({ caption: `Same world, two tables: the new one gains ${m.range_gain_in_words}`, head: ['', 'table', 'L/D flown', 'over ground (m)', 'end'], rows: [row('old table', m.beside), row('new table', m)] }));
   };
   const begin = () => {
     [fly.disabled, stop.disabled, follow, rows, passes, marks, passName] = [true, false, true, [], [], [], ''];

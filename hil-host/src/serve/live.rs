@@ -6,7 +6,7 @@
 
 use super::requests::Fit;
 use super::{Sorry, Workbench};
-use crate::score::story;
+use crate::score::{both_tables, story};
 use anyhow::{Context, anyhow, bail};
 use axum::Json;
 use axum::body::Body;
@@ -45,6 +45,8 @@ const LONGEST_PAUSE: Duration = Duration::from_millis(200);
 pub struct Live {
     under_way: AtomicBool,
     orders: Mutex<Orders>,
+    /// Whether that flight was given orders.
+    disturbed: AtomicBool,
     kept: Mutex<Kept>,
 }
 
@@ -121,6 +123,7 @@ impl Live {
         if !self.under_way.load(Ordering::Acquire) {
             bail!("no flight is under way: press Fly it first");
         }
+        self.disturbed.store(true, Ordering::Release);
         self.orders.lock().unwrap_or_else(PoisonError::into_inner).give(order);
         Ok(())
     }
@@ -155,6 +158,7 @@ pub async fn fly(State(bench): State<Arc<Workbench>>, Json(request): Json<FlyReq
     }
     let landed = Landed(bench.clone());
     let orders = Orders::default();
+    bench.live.disturbed.store(false, Ordering::Release);
     *bench.live.orders.lock().unwrap_or_else(PoisonError::into_inner) = orders.clone();
     let kept = Kept::default();
     *bench.live.kept.lock().unwrap_or_else(PoisonError::into_inner) = kept.clone();
@@ -208,7 +212,7 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     let (name, mut mission) = mission_of(bench, request)?;
     let learnt = request.learnt.as_ref().map(|l| bench.learnt(l)).transpose()?;
     let mut scenario = match &learnt {
-        Some([_, (model, _)]) => {
+        Some(([_, (model, _)], _)) => {
             mission.wings = model.wings;
             story::world_of(model, &mission)
         }
@@ -218,9 +222,12 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
     scenario.seed = request.seed;
     let realtime = (request.pace > 0.0 && request.pace.is_finite()).then_some(request.pace.clamp(1e-3, 1e6));
     let tables: Vec<(&str, Option<&[u8]>)> = match &learnt {
-        Some([old, new]) => vec![("old table", Some(&old.1.bytes)), ("new table", Some(&new.1.bytes))],
+        Some(([old, new], _)) => vec![("old table", Some(&old.1.bytes)), ("new table", Some(&new.1.bytes))],
         None => vec![("", None)],
     };
+    if learnt.is_some() && request.controller == "stock" {
+        bail!("the stock controller flies no table: choose ours");
+    }
     let mut flown: Vec<Value> = Vec::new();
     for (pass, table) in tables {
         let mut seat = match (request.controller.as_str(), &choice) {
@@ -236,10 +243,14 @@ fn one_flight(bench: &Workbench, request: &FlyRequest, orders: Orders, lines: &s
         flown.push(one_pass(&mut world, &mut *seat, &setup, &log, lines)?);
     }
     let mut summary = flown.last().cloned().unwrap_or_default();
-    if let [old, new] = flown.as_slice() {
+    if let (Some((tables, vehicle)), [old, new]) = (&learnt, flown.as_slice()) {
         let ratio = |v: &Value| v["achieved_l_over_d"].as_f64().unwrap_or(f64::NAN);
-        summary["both"] = json!([old, new]);
-        summary["range_gain"] = json!(ratio(new) / ratio(old) - 1.0);
+        let tables = tables.each_ref().map(|(_, built)| built.bytes.as_slice());
+        let progress = |done| lines.send(&json!({"worlds": done, "of": both_tables::WORLDS}));
+        let draw = || both_tables::in_drawn_worlds(tables, &Setup::new(mission.clone()), &scenario, Some(vehicle), &progress);
+        // Worlds that are drawn have no orders: they say nothing of a flight that was given some.
+        let drawn = (!bench.live.disturbed.load(Ordering::Acquire)).then(draw);
+        both_tables::add_to(&mut summary, old.clone(), [ratio(old), ratio(new)], drawn.as_ref());
     }
     lines.send(&summary);
     Ok(())

@@ -14,7 +14,8 @@ use rig::flight::{mission_file, worlds};
 use rig::seats::Link;
 use rig::seats::in_process::InProcess;
 use signals::{Mission, Wings};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Flies a mission in a world; its log goes into a folder, if one is named.
 fn flown(scenario: &Scenario, mission: &Mission, log: Option<&Path>) -> anyhow::Result<End> {
@@ -58,4 +59,25 @@ fn every_planned_mission_is_flown_to_its_end() {
     let _ = std::fs::remove_dir_all(&folder);
     assert!(ends.len() >= 4, "of 16 flights few can be planned from: {ends:?}");
     assert!(ends.iter().all(|(_, end)| *end == End::Done), "{ends:?}");
+}
+
+/// A SeaExplorer moves 500 cc either side of neutral, and needs more than a Slocum's 263 at 700 m.
+#[test]
+fn regress_a_pump_larger_than_any_that_is_simulated_is_named() {
+    let Some(root) = std::env::var_os("GLIDER_FLIGHTS").map(PathBuf::from) else {
+        eprintln!("skipped: no flights (GLIDER_FLIGHTS is not set)");
+        return;
+    };
+    let folder = std::env::temp_dir().join(format!("glider-large-pump-{}", std::process::id()));
+    let glider = |args: &[&Path]| Command::new(env!("CARGO_BIN_EXE_glider")).args(args).arg("--json").output().expect("runs").stdout;
+    let logs = ["gli.sub.40", "pld1.sub.40", "gli.sub.41", "pld1.sub.41"].map(|f| root.join(format!("seaexplorer_sea035/sea035.12.{f}")));
+    let mut import: Vec<&Path> = vec![Path::new("import")];
+    import.extend(logs.iter().map(PathBuf::as_path));
+    import.extend([Path::new("--out"), &folder]);
+    glider(&import);
+    let said: serde_json::Value =
+        serde_json::from_slice(&glider(&[Path::new("next-flight"), Path::new("--flight"), &folder])).expect("a document");
+    let why = said["why"].as_str().unwrap_or_default();
+    assert!(why.starts_with("with 263 cc, the largest pump that is simulated, no leg") && why.ends_with("own moved 500 cc"), "{said}");
+    std::fs::remove_dir_all(&folder).expect("removed");
 }

@@ -98,6 +98,8 @@ fn folder() -> Folder {
     put("dry/vehicle.json", &dry.to_string());
     put("heavy/flight.csv", &csv.lines().take(csv.lines().count() / 2).collect::<Vec<_>>().join("\n"));
     put("heavy/vehicle.json", &heavy.to_string());
+    put("rail/flight.csv", &csv.lines().take(99).collect::<Vec<_>>().join("\n"));
+    put("rail/vehicle.json", &vehicle.replace("\"standard\"", "\"low_ar\""));
     put("slip.json", &vehicle.replace("\"sensors\":", "\"sensor\":"));
     std::fs::write(work.join("wide.json"), vehicle.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).expect("a file");
     put("packed.csv.gz", "");
@@ -133,6 +135,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("add climb_darg --flight flight", &["climb_drag", "glider list effects"]),
     ("add stall,stall --flight flight", &["twice"]),
     ("add --flight flight", &["EFFECT"]),
+    ("add cd+=k*alfa --flight flight", &["did you mean `alpha`?", "There are alpha, U, roll"]),
     ("add vertical_current --flight dry", &["dry/vehicle.json: water_depth_m", "vertical_current moves the water"]),
     ("fly --wings low", &["standard or low-ar"]),
     ("fly --mission shalow", &["shallow"]),
@@ -207,6 +210,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("calibrate --flight flight --flight flight --out v2.json", &["the same log", "once"]),
     ("calibrate --flight flight --flight again --out v2.json", &["the same log", "once"]),
     ("calibrate --flight flight --flight heavy --out v2.json", &["weighs", "name it with --vehicle"]),
+    ("calibrate --flight flight --flight rail --out v2.json", &["rail/vehicle.json has low-ar wings", "one wing set"]),
     ("calibrate --flight alone --out v2.json", &["--vehicle"]),
     ("calibrate --flight flight --out flight/vehicle.json", &["--out"]),
     ("calibrate --flight flight --out v2.txt", &[".json or .toml"]),
@@ -389,6 +393,7 @@ const WRONG: &[(&str, &[&str])] = &[
     ("compare --flight flight --test again", &["the same rows as --flight flight"]),
     ("compare --flight twice", &["flight.csv, line 1, column m_pitch_rad", "stands twice"]),
     ("export flight --to csv --start 1800-01-01T00:00:00Z --out s.csv", &["--start 1800", "between 1990"]),
+    ("export flight --to csv --start 9999 --out s.csv", &["date of the first row", "the log spans 0 to "]),
     ("export flight --to csv --start yesterday --out s.csv", &["--start yesterday", "2026-05-02"]),
     ("compare --flight flight --test flight/vehicle.json", &["is a vehicle file", "expected is a flight"]),
     ("import flight/flight.csv --class slocum200 --out x", &["did you mean `slocum-200`"]),

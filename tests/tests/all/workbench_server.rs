@@ -2,7 +2,9 @@
 //! it: strangers, tricks with paths, uploads without end, a page that goes
 //! away in mid-flight.
 
+use crate::pages::{flown_with, puzzle};
 use hil_host::serve::{MAX_REQUEST, Workbench, run};
+use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
@@ -221,4 +223,30 @@ fn a_flight_goes_on_when_its_page_is_closed() {
     // The summary is on disk a moment before the flight has let go.
     let next = std::iter::repeat_with(|| s.post("/api/fly", &again)).take_while(|_| Instant::now() < until).find(free);
     assert!(next.is_some(), "no second flight");
+}
+
+#[test]
+fn regress_page_and_command_line_give_one_gain_with_its_interval() {
+    let s = Server::start("gain");
+    let case = puzzle(&s.folder);
+    let by_command = flown_with("climb_drag", &case, &s.folder);
+    let file = |name: &str| json!({"name": name, "text": std::fs::read_to_string(case.join(name)).expect("written above")});
+    let (status, text) = s.post("/api/open", &json!({"files": [file("flight.csv"), file("vehicle.json")]}).to_string());
+    assert_eq!(status, 200, "{text}");
+    let mut fly = json!({"wings": "standard", "mission": "sea", "seat": "in-process", "controller": "ours",
+                         "learnt": {"flight": 0, "effects": ["climb_drag"]}});
+    let began = Instant::now();
+    let (_, text) = s.post("/api/fly", &fly.to_string());
+    println!("both tables in 21 worlds took {:?}", began.elapsed());
+    // Between the documents stand lengths of chunks, which are JSON too.
+    let lines: Vec<Value> = text.lines().filter_map(|l| serde_json::from_str(l).ok()).filter(Value::is_object).collect();
+    let by_page = lines.last().expect("a summary");
+    for key in ["range_gain", "range_gain_90"] {
+        assert_eq!(by_page[key], by_command[key], "{key}: {by_page}");
+    }
+    assert_eq!(by_page["beside"]["worlds"], by_command["beside"]["worlds"]);
+    assert_eq!(lines.iter().filter(|l| l["worlds"].is_number()).count(), 20, "progress");
+    fly["controller"] = "stock".into();
+    let (_, text) = s.post("/api/fly", &fly.to_string());
+    assert!(text.contains("flies no table"), "{text}");
 }

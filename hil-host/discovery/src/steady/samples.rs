@@ -147,22 +147,6 @@ impl SteadySamples {
         let nominal = GlideModel::nominal(self.mean_density_kg_m3(), self.mean_temperature_degc());
         GlideModel { constant_density, ..nominal }
     }
-
-    /// Whether the samples both dive and climb; one of them alone ties trim to drag.
-    #[must_use]
-    pub fn dive_and_climb(&self) -> bool {
-        self.rows.iter().any(|r| r.vertical_m_s > 0.0) && self.rows.iter().any(|r| r.vertical_m_s < 0.0)
-    }
-
-    /// The same samples with measured pitch replaced by `scale · pitch + offset`, e.g. an owner's correction.
-    #[must_use]
-    pub fn with_pitch(&self, scale: f64, offset_rad: f64) -> Self {
-        let mut out = self.clone();
-        for input in &mut out.inputs {
-            input.pitch_rad = scale * input.pitch_rad + offset_rad;
-        }
-        out
-    }
 }
 
 #[cfg(test)]
@@ -193,7 +177,7 @@ mod tests {
     fn a_steady_dive_and_climb_are_measured_to_rounding() {
         let flight = sawtooth();
         let samples = SteadySamples::of(&flight).expect("steady");
-        assert!(samples.dive_and_climb());
+        assert!([1.0, -1.0].iter().all(|sign| samples.rows().any(|(_, row)| sign * row.vertical_m_s > 0.0)));
         for (input, row) in samples.rows() {
             let truth = if input.pitch_rad < 0.0 { -0.15 } else { 0.15 };
             assert!((row.vertical_m_s - truth).abs() < 1e-9, "{row:?}");

@@ -314,7 +314,12 @@ pub fn plan(d: &Diagnosis, vehicle: &Vehicle, reach: impl Fn(f64) -> Reach) -> R
     let offers: Vec<MenuLeg> = menu.filter_map(|leg| simulator.offer(leg)).collect();
     let no_leg = || {
         let [of, logged] = [drive, sensed].map(|m3| 1e6 * m3);
-        format!("no leg at any pitch glides through this water, 0 to {bottom:.0} m, with a pump of {of:.0} cc ({logged:.0} cc were logged)")
+        let what = format!("no leg at any pitch glides through this water, 0 to {bottom:.0} m");
+        if drive < sensed {
+            format!("with {of:.0} cc, the largest pump that is simulated, {what}; this vehicle's own moved {logged:.0} cc")
+        } else {
+            format!("{what}, with a pump of {of:.0} cc, as was logged")
+        }
     };
     let steps = choose(&offers).ok_or_else(no_leg)?;
     let plain = offers.iter().min_by(|a, b| {

@@ -57,22 +57,6 @@ impl Class {
         self.usual().about
     }
 
-    /// The class that a text names, such as the platform's model in a file.
-    #[must_use]
-    pub fn named_in(text: &str, deepest_dbar: f64) -> Option<Self> {
-        let text = text.to_ascii_lowercase();
-        let has = |words: &[&str]| words.iter().any(|w| text.contains(w));
-        if has(&["seaexplorer", "alseamar"]) {
-            Some(Self::SeaExplorer)
-        } else if has(&["seaglider"]) {
-            Some(Self::Seaglider)
-        } else if has(&["slocum", "teledyne webb", "webb research"]) {
-            Some(if has(&["g3"]) { Self::SlocumG3 } else { Self::slocum(deepest_dbar) })
-        } else {
-            None
-        }
-    }
-
     /// Slocum by the depth it went to: the shallow pump's hull is rated to 200 m.
     #[must_use]
     pub fn slocum(deepest_dbar: f64) -> Self {

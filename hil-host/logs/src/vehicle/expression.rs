@@ -92,13 +92,16 @@ fn beyond_bounds(text: &str) -> Option<(usize, String)> {
 /// Why a name that is no variable of a target is no parameter either: it is a variable of another place, or nearly one. A number of its own
 /// (`alpha0`) is no slip.
 fn no_parameter(name: &str, head: &str, target: Target) -> Option<String> {
-    let mut known = [FLOW, SENSED, PLACE].into_iter().flatten().copied();
+    let mut known = [target.variables(), FLOW, SENSED, PLACE].into_iter().flatten().copied();
+    let all = target.variables().join(", ");
     if known.clone().any(|v| v == name) {
-        return Some(format!("`{name}` is not known where `{head}` is formed; there are {}", target.variables().join(", ")));
+        return Some(format!("`{name}` is not known where `{head}` is formed; there are {all}"));
     }
     let own = |v: &str| name.strip_prefix(v).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '_'));
-    let meant = known.find(|v| v.len() > 2 && strsim::levenshtein(name, v) == 1 && !own(v))?;
-    Some(format!("`{name}` is no variable; did you mean `{meant}`? A parameter needs a name of its own"))
+    // Two slips in a long word that begins alike: `alfa`.
+    let slips = |v: &str| if v.len() >= 5 && name.len() >= 4 && name.starts_with(&v[..1]) { 2 } else { 1 };
+    let meant = known.find(|v| v.len() > 2 && (1..=slips(v)).contains(&strsim::levenshtein(name, v)) && !own(v))?;
+    Some(format!("`{name}` is no variable; did you mean `{meant}`? There are {all}; a parameter needs a name of its own"))
 }
 
 /// A syntax error with the place it was found.

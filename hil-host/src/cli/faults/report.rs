@@ -9,6 +9,7 @@ use rig::shards::part::without_durations;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Instant;
 
 /// Verdicts as a list.
@@ -41,7 +42,7 @@ pub fn report(
     (seed, choice): (u64, &Choice),
     seat: Option<Value>,
     (started, merges): (Instant, Option<usize>),
-    to: &To,
+    (to, html): (&To, &Path),
     output: &Output,
 ) -> anyhow::Result<Verdict> {
     let summary = Summary::of(faulty, healthy);
@@ -71,10 +72,10 @@ pub fn report(
         )
     });
     let flown = merges.map_or_else(|| format!("{wall_s:.0} s, in this process{through}"), |of| format!("in {of} parts"));
-    crate::pages::fault_campaign::page(&summary, faulty, healthy, &flown).write(to.html)?;
-    document["report"] = json!(to.html);
+    crate::pages::fault_campaign::page(&summary, faulty, healthy, &flown).write(html)?;
+    document["report"] = json!(html);
     output.emit(&document, || {
-        print(&summary, faulty, &bad, wall_s, seat.as_ref(), to);
+        print(&summary, faulty, &bad, wall_s, seat.as_ref(), (to, html));
         if let Some(out) = to.out {
             println!("{}  SHA-256 {}", out.display(), document["sha256"].as_str().unwrap_or_default());
         }
@@ -83,7 +84,14 @@ pub fn report(
     Ok(if summary.passed() && seat_equal { Verdict::Ok } else { Verdict::Negative })
 }
 
-fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], wall_s: f64, seat: Option<&Value>, to: &To) {
+fn print(
+    s: &Summary,
+    faulty: &[campaign::Verdict],
+    bad: &[&campaign::Verdict],
+    wall_s: f64,
+    seat: Option<&Value>,
+    (to, html): (&To, &Path),
+) {
     let mut targets: BTreeMap<&str, [u64; 4]> = BTreeMap::new();
     let mut latencies: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for v in faulty.iter().filter(|v| !v.apart()) {
@@ -150,5 +158,5 @@ fn print(s: &Summary, faulty: &[campaign::Verdict], bad: &[&campaign::Verdict], 
     if bad.len() > shown {
         println!("  … {} more: --list", bad.len() - shown);
     }
-    println!("report: {}", to.html.display());
+    println!("report: {}", html.display());
 }

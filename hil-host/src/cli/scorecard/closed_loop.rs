@@ -1,7 +1,6 @@
 //! `glider scorecard loop`: the whole circle in worlds whose truth is known.
 
 use super::super::{Output, Verdict};
-use crate::pages::{Axis, Chart, Page, Provenance, Section, Table};
 use crate::score::whole_loop::{Closed, cases, close_all};
 use crate::terminal::{say, table};
 use anyhow::ensure;
@@ -9,7 +8,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use plant::EffectKind;
 use rig::flight::mission_file::wings_name;
 use serde_json::json;
-use std::path::PathBuf;
 
 /// Arguments of `scorecard loop`.
 #[derive(clap::Args, Debug)]
@@ -24,9 +22,6 @@ pub struct LoopArgs {
     /// Seed of the worlds.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Where the page goes.
-    #[arg(long, value_name = "FILE", default_value = "out/scorecard-loop.html")]
-    html: PathBuf,
 }
 
 /// Loss of range from which an answer has done harm, 1: two flights that differ in their water alone do by half of it.
@@ -48,15 +43,14 @@ pub fn run(args: &LoopArgs, output: &Output) -> anyhow::Result<Verdict> {
     bar.finish_and_clear();
 
     let total = Total::of(&closed);
-    page(&closed, &total, args.seed).write(&args.html)?;
-    let document = json!({ "seed": args.seed, "report": args.html, "summary": total.document(), "circles": closed });
+    let document = json!({ "seed": args.seed, "summary": total.document(), "circles": closed });
     output.emit(&document, || {
         let mut t = table(TABLE_HEAD);
         for c in &closed {
             t.add_row(row(c));
         }
         println!("{t}");
-        say(&format!("{}\nreport: {}", total.sentence(), args.html.display()));
+        say(&total.sentence());
     });
     Ok(if total.worst < -HARM { Verdict::Negative } else { Verdict::Ok })
 }
@@ -119,36 +113,4 @@ fn row(c: &Closed) -> [String; 11] {
         format!("{:.3}", c.l_over_d[2]),
         if c.answer.is_empty() { String::new() } else { format!("{:+.1} of {:+.1} %", 100.0 * c.gain(), 100.0 * c.possible_gain()) },
     ]
-}
-
-/// Changes of range that are shown as bars, 1: below it flights differ by their water.
-const SHOWN_CHANGE: f64 = 0.03;
-
-fn page(closed: &[Closed], total: &Total, seed: u64) -> Page {
-    let large: Vec<&Closed> = closed.iter().filter(|c| c.gain().abs().max(c.possible_gain().abs()) > SHOWN_CHANGE).collect();
-    let name = |c: &Closed| format!("{} ×{}, {}", c.case.hidden.map_or("nothing", EffectKind::name), c.case.size, wings_name(c.case.wings));
-    let percent = |of: &dyn Fn(&Closed) -> f64| large.iter().map(|c| 100.0 * of(c)).collect::<Vec<_>>();
-    let (gained, possible) = (percent(&Closed::gain), percent(&Closed::possible_gain));
-    let names: Vec<String> = large.iter().map(|c| name(c)).collect();
-    let axis = || Axis::new("range", "%");
-    let bars = [("Gained with the new table", &gained), ("Possible: with a table of the truth", &possible)];
-    let table = Table {
-        caption: "Every circle; errors as stated, recalibrated and with the answer, on dives that were not fitted".into(),
-        head: TABLE_HEAD.map(Into::into).to_vec(),
-        rows: closed.iter().map(|c| row(c).to_vec()).collect(),
-    };
-    let mut items: Vec<crate::pages::Item> =
-        bars.map(|(title, values)| Chart::bars(title, axis(), names.clone(), "range, %", values, &[], &[]).into()).into();
-    items.push(table.into());
-    Page {
-        title: "Fly, diagnose, add, new table, fly again".into(),
-        answer: vec![("Worth".to_owned(), total.sentence())],
-        sections: vec![Section {
-            title: "Range over that with the table of the vehicle as stated".into(),
-            lead: "One effect hidden in the simulated sea, learned from eight dives, then the mission to 200 m in that same sea. The bars show where 3 % or more was to be had or lost."
-                .into(),
-            items,
-        }],
-        provenance: Provenance { seed: Some(seed), ..Provenance::of_this_run() },
-    }
 }

@@ -1,7 +1,5 @@
 //! `glider scorecard flight`: our controller beside the ordinary one.
 
-use std::path::PathBuf;
-
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use signals::Wings;
@@ -25,9 +23,6 @@ pub struct FlightArgs {
     /// Seed of the worlds.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Where the page goes.
-    #[arg(long, value_name = "FILE", default_value = "out/scorecard.html")]
-    html: PathBuf,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
@@ -67,17 +62,14 @@ pub fn run(args: &FlightArgs, output: &Output) -> anyhow::Result<Verdict> {
     let aborted = pairs.iter().filter(|(o, _)| !o.done).count();
     let worst = pairs.iter().map(|(o, _)| o.overshoot_m).fold(0.0, f64::max);
     let good = lost == 0 && aborted == 0 && worst <= 1.0;
-    crate::pages::control_scorecard::page(&pairs, lost, aborted, worst, args.seed).write(&args.html)?;
     let document = json!({
         "seed": args.seed,
-        "report": args.html,
         "summary": {"pairs": pairs.len(), "lost_to_stock": lost, "not_flown": aborted, "worst_overshoot_m": worst},
         "alpha_bin_deg": BIN_DEG,
         "flights": scores,
     });
     output.emit(&document, || {
         println!("{}", scores_table(&pairs));
-        say(&format!("report: {}", args.html.display()));
         say(&format!("(stock in brackets; over: beyond the band)  lost to stock: {lost}  not flown: {aborted}  farthest beyond the band: {worst:.2} m"));
     });
     Ok(if good { Verdict::Ok } else { Verdict::Negative })

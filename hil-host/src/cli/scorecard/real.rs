@@ -12,7 +12,6 @@ use serde_json::{Value, json};
 use super::super::shards::{Session, ShardArgs, To, file_report, said_of_shard};
 use super::super::{Output, Verdict};
 use super::cases_bar;
-use crate::pages::real_scorecard;
 use crate::score::real::ask::Program;
 use crate::score::real::flights::{Data, Entry, Floors, Shipped};
 use crate::score::real::injected_errors::{INJECTED_ERRORS, InjectedError};
@@ -49,9 +48,6 @@ pub struct RealArgs {
     /// Diagnoses at once.
     #[arg(long, default_value_t = 2)]
     jobs: usize,
-    /// Where the page goes.
-    #[arg(long, value_name = "FILE", default_value = REAL_PAGE)]
-    html: PathBuf,
     /// Write the scorecard as JSON, without the times that it took; of a shard its results.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -62,9 +58,8 @@ pub struct RealArgs {
     list: bool,
 }
 
-/// Its name in parts, and its page.
+/// Its name in parts.
 pub(super) const REAL_COMMAND: &str = "scorecard real";
-pub(super) const REAL_PAGE: &str = "out/scorecard-real.html";
 
 /// Lies of the bounded subset.
 const QUICK: [&str; 5] = ["nothing", "compressibility x0.3", "cd0 /1.5", "pitch +3 deg", "clock +5 s"];
@@ -142,8 +137,8 @@ pub fn run(args: &RealArgs, output: &Output) -> anyhow::Result<Verdict> {
         ensure!(all.iter().any(|l| l.starts_with(name.as_str())), "no injected error `{name}`; there are {}", all.join(", "));
     }
     let plan = Plan { flight: args.flight.clone(), injected: args.injected.clone(), split: args.split.clone(), quick: args.quick };
-    let to = To { out: args.out.as_deref(), html: &args.html, list: args.list };
-    let session = Session::open(&args.shards, (REAL_COMMAND, &json!(plan)), (to.out, to.html), args.jobs, output)?;
+    let to = To { out: args.out.as_deref(), list: args.list };
+    let session = Session::open(&args.shards, (REAL_COMMAND, &json!(plan)), (to.out, Path::new("out/scorecard-real")), args.jobs, output)?;
     ask(&plan, args.flights.as_deref(), &session, &to, output)
 }
 
@@ -187,7 +182,6 @@ pub(super) fn ask(plan: &Plan, flights: Option<&Path>, session: &Session, to: &T
     card["below_floors"] = json!(low);
     card["sha256"] = file_report(to.out, part::report(&card).as_bytes())?.into();
     card["line"] = json!(line(&card));
-    real_scorecard::page(&card).write(to.html)?;
     session.close();
     output.emit(&card, || print(&card, to));
     Ok(if low.is_empty() { Verdict::Ok } else { Verdict::Negative })
@@ -290,5 +284,4 @@ fn print(card: &Value, to: &To) {
     for why in card["below_floors"].as_array().into_iter().flatten() {
         say(&format!("below the floor: {}", text(why)));
     }
-    say(&format!("Page: {}", to.html.display()));
 }

@@ -81,8 +81,9 @@ pub fn run(args: &TimelineArgs, output: &Output) -> anyhow::Result<Verdict> {
     }
     let (cases, unchanged, alarm_dives, only) = (args.cases, args.unchanged, args.alarm_dives, args.only.clone());
     let plan = Plan { cases, unchanged, alarm_dives, only, seed: args.seed };
-    let to = To { out: args.out.as_deref(), html: Path::new("out/scorecard-timeline"), list: args.list };
-    let session = Session::open(&args.shards, (TIMELINE_COMMAND, &json!(plan)), (to.out, to.html), args.jobs, output)?;
+    let to = To { out: args.out.as_deref(), list: args.list };
+    let session =
+        Session::open(&args.shards, (TIMELINE_COMMAND, &json!(plan)), (to.out, Path::new("out/scorecard-timeline")), args.jobs, output)?;
     fly(&plan, &session, &to, output)
 }
 

@@ -79,12 +79,16 @@ fn regress_endless_and_deep_expressions_are_refused_quickly() {
 #[test]
 fn regress_a_slip_in_a_variable_is_no_parameter() {
     let why = |text: &str| parse(text).expect_err("refused").to_string();
-    for (text, meant) in [("cd += k*rol", "roll"), ("cd += k*alpa^2", "alpha"), ("volume_cc += k*Ballast", "ballast")] {
+    let slips = [("cd += k*rol", "roll"), ("cd += k*alpa^2", "alpha"), ("cd += k*alfa", "alpha"), ("volume_cc += k*Ballast", "ballast")];
+    assert!(why(slips[2].0).contains("There are alpha, U, roll, climb, phase, t;"), "{}", why(slips[2].0));
+    for (text, meant) in slips {
         assert!(why(text).contains(&format!("did you mean `{meant}`?")), "{}", why(text));
     }
     assert!(why("cd += k*rol").contains("character 9"), "{}", why("cd += k*rol"));
     // A number of its own beside a variable, and short names, are parameters.
-    for text in ["cd += k*(alpha - alpha0)^2", "density_kg_m3 += a*(T - b)", "cd += k*ab*roll", "volume_cc += k*rho_0"] {
+    for text in
+        ["cd += k*(alpha - alpha0)^2", "cd += k*(alpha - aero)^2", "density_kg_m3 += a*(T - b)", "cd += k*ab*roll", "volume_cc += k*rho_0"]
+    {
         assert!(parse(text).is_ok(), "{text}: {}", why(text));
     }
 }

@@ -175,9 +175,12 @@ mod tests {
 
     #[test]
     fn one_damaged_copy_of_the_latch_changes_nothing() {
-        let mut b = Backup { latch: [2, 7, 2], ..Backup::default() };
-        assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), Some((Abort::Leak, false)));
-        let mut b = Backup { latch: [0, 7, 0], ..Backup::default() };
-        assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), None);
+        let (leak, all_differ) = (Some((Abort::Leak, false)), Some((Abort::Internal, false)));
+        for (latch, home) in
+            [([2, 7, 2], leak), ([7, 2, 2], leak), ([2, 2, 7], leak), ([0, 7, 0], None), ([7, 0, 0], None), ([1, 2, 3], all_differ)]
+        {
+            let mut b = Backup { latch, ..Backup::default() };
+            assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), home, "{latch:?}");
+        }
     }
 }

@@ -1,0 +1,299 @@
+//! Parts of the law one by one, where no flight of the toy takes them: calls home in each stage, dives and climbs without way, loads, and
+//! memory that no flight can have written.
+
+use super::toy::Toy;
+use crate::glide::{Choice, steeper_rad, table_rate_m_s};
+use crate::safety::{Release, Safety, Verdict, Watch};
+use crate::senses::{Seen, Senses};
+use crate::turn::{Turn, Underway};
+use crate::voyage::{NO_WAY_S, Stage, Top, Voyage, longest_turn_s};
+use crate::{Config, Settings, State, belief::Belief, step, within_range};
+use signals::{Abort, ActuatorCommand, Goal, Leg, Micros, Mission, Phase, Reading, SensorFrame, Surface, Switch, Wings};
+
+const NOW_S: u64 = 100_000;
+
+fn ago(s: u64) -> Micros {
+    Micros::from_secs(NOW_S - s)
+}
+
+/// A vehicle under water with its pump out and all its senses.
+fn seen(depth_m: f32) -> Seen {
+    let (config, depth) = (Config::default(), Reading::now(depth_m));
+    let frame = SensorFrame { depth_m: depth, depth2_m: depth, surface: Surface::default(), ..Toy::new(&config).frame() };
+    Senses::default().observe(&config, 4.0, &frame, 0.0)
+}
+
+#[test]
+fn each_stage_hears_a_call_home_and_turns_round_without_way() {
+    let (config, leg, now) = (Config::default(), Leg::default(), ago(0));
+    let after = |stage: Stage, depth_m: f32, change: fn(&mut Voyage)| {
+        let mut voyage = Voyage::new(Mission::default());
+        voyage.stage = stage;
+        change(&mut voyage);
+        voyage.advance(&config, now, &seen(depth_m), &leg, 0.0);
+        voyage
+    };
+    type Change = fn(&mut Voyage);
+    let (keep, home): (Change, Change) = (|_| (), |v| v.homeward = true);
+    let dive = |s| Stage::Dive { since: ago(s), mark_m: 10.0, mark_since: ago(s) };
+    for (s, phase, turns) in [(u64::from(NO_WAY_S), Phase::Dive, 0), (u64::from(NO_WAY_S) + 1, Phase::InflectLow, 1)] {
+        let voyage = after(dive(s), 10.5, keep);
+        assert_eq!((voyage.phase(), voyage.no_way_turns), (phase, turns), "{s} s at one depth");
+    }
+    let turn = Underway { from_m: 20.0, speed_m_s: 0.1, ballast_m3: 2e-4, peak_m: 20.0 };
+    let over = ago(longest_turn_s(&config) as u64 + 1);
+    let low = Stage::InflectLow { since: over, turn };
+    for (change, top) in [(keep, Top::Turn), (home, Top::End), (|v| v.surface_due = true, Top::Shore)] {
+        assert_eq!(after(low, 20.0, change).stage, Stage::Climb { since: now, top, mark_m: 20.0, mark_since: now });
+    }
+    // A turn that only its time ended teaches nothing.
+    let voyage = after(Stage::InflectHigh { since: over, turn }, 5.0, keep);
+    assert_eq!((voyage.phase(), voyage.high), (Phase::Dive, Turn::default()));
+    let climb = |mark_m| Stage::Climb { since: ago(100), top: Top::Turn, mark_m, mark_since: ago(1) };
+    assert_eq!(after(climb(15.0), 10.0, home).stage, Stage::Climb { since: ago(100), top: Top::End, mark_m: 10.0, mark_since: now });
+    assert_eq!(after(climb(1.0), 0.5, home).stage, Stage::Done);
+    let comms = |s| Stage::Comms { since: ago(s), heard: false, fixed: false };
+    let patience_s = config.comms_patience_s as u64;
+    for (stage, depth_m, change, phase) in [
+        (comms(patience_s), 10.0, home, Phase::Comms),
+        (comms(patience_s), 4.0, home, Phase::Done),
+        (comms(patience_s - 1), 4.0, home, Phase::Comms),
+        (comms(patience_s), 4.0, keep, Phase::Dive),
+        (Stage::Comms { since: ago(8), heard: true, fixed: true }, 10.0, home, Phase::Done),
+    ] {
+        assert_eq!(after(stage, depth_m, change).phase(), phase, "{stage:?} at {depth_m} m");
+    }
+    // A turn is near within twice its carry: 0.3 m at no rate.
+    for (stage, depth_m, near) in [
+        (dive(8), leg.depth_max_m - 0.59, true),
+        (dive(8), leg.depth_max_m - 0.61, false),
+        (climb(9.0), leg.depth_min_m + 0.59, true),
+        (climb(9.0), leg.depth_min_m + 0.61, false),
+        (Stage::Done, leg.depth_max_m, false),
+    ] {
+        let mut voyage = Voyage::new(Mission::default());
+        voyage.stage = stage;
+        assert_eq!(voyage.turn_is_near(&config, &seen(depth_m), &leg, 0.0), near, "{stage:?} at {depth_m} m");
+    }
+    for (change, phase) in [(keep, Phase::Surface), (home, Phase::Done)] {
+        let mut voyage = after(Stage::Safe, 0.0, change);
+        voyage.go_on(now);
+        assert_eq!(voyage.phase(), phase);
+    }
+}
+
+#[test]
+fn a_climb_without_way_or_drive_takes_all_the_pump_has() {
+    let config = Config::default();
+    let full = config.pump_m3;
+    for (top, still_s, ballast_m3, want) in [
+        (Top::Turn, 120, 1e-4, 1e-4),
+        (Top::Turn, 121, 1e-4, full),
+        (Top::Turn, 0, 0.0, 0.0),
+        (Top::Shore, 0, f32::NAN, full),
+        (Top::Turn, 0, f32::INFINITY, full),
+    ] {
+        let mut voyage = Voyage::new(Mission::default());
+        voyage.stage = Stage::Climb { since: ago(still_s), top, mark_m: 20.0, mark_since: ago(still_s) };
+        assert_eq!(voyage.order(&config, ago(0), &Leg { ballast_m3, ..Leg::default() }).ballast_m3, want, "{top:?} {still_s} {ballast_m3}");
+    }
+}
+
+fn watch<T>(seen: &Seen, change: fn(&mut Watch<'_>), look: impl FnOnce(&Watch<'_>) -> T) -> T {
+    let config = Config::default();
+    let frame = Toy::new(&config).frame();
+    let commanded = ActuatorCommand { ballast_m3: config.pump_m3, ..ActuatorCommand::default() };
+    let mut watch = Watch {
+        config: &config,
+        clock: Micros::from_secs(1_000),
+        seen,
+        frame: &frame,
+        commanded: &commanded,
+        ballast_m3: config.pump_m3,
+        table_rate_m_s: None,
+        phase: Phase::Climb,
+        leg_max_m: 30.0,
+        max_duration_s: 86_400,
+        climb_stalled: false,
+        no_way_turns: 0,
+        bottom_turns: 0,
+    };
+    change(&mut watch);
+    look(&watch)
+}
+
+#[test]
+fn each_count_of_the_mission_calls_home_at_its_limit() {
+    for (change, cause) in [
+        ((|_| ()) as fn(&mut Watch<'_>), None),
+        (|w| w.climb_stalled = true, Some(Abort::Stalled)),
+        (|w| w.no_way_turns = 1, None),
+        (|w| w.no_way_turns = 2, Some(Abort::Stalled)),
+        (|w| w.bottom_turns = 4, None),
+        (|w| w.bottom_turns = 5, Some(Abort::Bottom)),
+    ] {
+        assert_eq!(watch(&seen(10.0), change, |w| Safety::default().judge(w).abort), cause);
+    }
+    // Twice in vain at the surface with the antenna under water; once may be ice.
+    let waits = Seen { dt_s: Config::default().comms_patience_s, ..seen(5.0) };
+    let mut safety = Safety::default();
+    let causes = [(); 2].map(|()| watch(&waits, |w| w.phase = Phase::Comms, |w| safety.judge(w).abort));
+    assert_eq!(causes, [None, Some(Abort::Stalled)]);
+}
+
+#[test]
+fn numbers_that_are_none_leave_nothing_in_the_watches() {
+    let (mut safety, mut fresh, none) = (Safety::default(), Safety::default(), f32::NAN);
+    let bad = Seen { dt_s: none, depth_m: none, rate_m_s: none, heading_rad: Some(none), ..seen(10.0) };
+    let _ = watch(&bad, |_| (), |w| safety.judge(w));
+    for cycle in 0..30 {
+        let (hit, new) = watch(&Seen { rate_m_s: -0.1, ..seen(10.0) }, |_| (), |w| (safety.judge(w), fresh.judge(w)));
+        // How long the depth was not held against the surface is not known any more.
+        assert_eq!(hit, Verdict { surface: true, ..new }, "cycle {cycle}");
+    }
+}
+
+/// Cycles in which the vehicle is found to sink on, or its weight is fired, the first two.
+fn found(seen: Seen, change: fn(&mut Watch<'_>), mut look: impl FnMut(&Watch<'_>) -> bool) -> Vec<usize> {
+    (1..40).filter(|_| watch(&seen, change, &mut look)).take(2).collect()
+}
+
+#[test]
+fn a_load_that_is_known_of_is_found_to_sink_sooner_until_the_weight_goes() {
+    let half: fn(&mut Watch<'_>) = |w| w.ballast_m3 *= 0.5;
+    for (rate_m_s, loaded, fired, change, cycles) in [
+        (0.0, false, false, (|_| ()) as fn(&mut Watch<'_>), &[][..]),
+        (0.05, false, false, |_| (), &[15, 16]),
+        (0.0, true, false, |_| (), &[10, 11]),
+        (0.0, true, true, |_| (), &[]),
+        // With pump left, all of it is tried before the vehicle counts as one that sinks on.
+        (0.05, false, false, half, &[15, 24]),
+    ] {
+        let mut release = Release::default();
+        if fired {
+            release.fire_on();
+        }
+        assert_eq!(found(Seen { rate_m_s, ..seen(20.0) }, change, |w| release.sinks(w, false, loaded)), cycles);
+    }
+}
+
+#[test]
+fn the_weight_goes_sooner_with_a_load_and_late_under_a_keel() {
+    let config = Config::default();
+    let v = Verdict { abort: Some(Abort::Stalled), ..Verdict::default() };
+    let sinks = |v: Verdict| (Seen { rate_m_s: 0.05, ..seen(20.0) }, v);
+    let held = |depth_m, ballast_m3| (Seen { dt_s: config.min_burn_s, ballast_m3, ..seen(depth_m) }, v);
+    let (out, not) = (Some(config.pump_m3), None);
+    let waits = |s: f32| Some((s / config.min_burn_s).ceil() as usize);
+    for ((seen, v), first) in [
+        (sinks(v), Some(15)),
+        (sinks(Verdict { loaded: true, ..v }), Some(3)),
+        (sinks(Verdict { leak_stands: true, ..v }), Some(3)),
+        (held(20.0, out), waits(config.max_burn_s)),
+        (held(20.0, not), Some(1)),
+        (held(7.9, out), waits(2.0 * config.max_burn_s)),
+        (held(2.1, not), Some(1)),
+        (held(1.9, not), waits(2.0 * config.max_burn_s)),
+        (held(0.6, out), None),
+        // Higher than any wave: no depth at all.
+        (held(-3.1, out), waits(config.max_burn_s)),
+    ] {
+        let mut release = Release::default();
+        let fires = |w: &Watch<'_>| {
+            release.sinks(w, true, false);
+            release.fire(w, &v)
+        };
+        assert_eq!(found(seen, |_| (), fires).first().copied(), first, "{} m, {:?} m³", seen.depth_m, seen.ballast_m3);
+    }
+}
+
+#[test]
+fn the_second_way_home_alone_commands_all_of_it() {
+    let config = Config::default();
+    let mut state = State::new(&config, Mission::default(), Micros(0));
+    let frame = Toy::new(&config).frame();
+    let limits = crate::backup_limits(&config, &Mission::default());
+    let leaks = SensorFrame { leak: Switch::Alarm, ..frame };
+    assert!((0..5).any(|_| state.backup.check(&limits, Micros(0), &leaks).is_some()));
+    let answer = step(&config, None, &mut state, Micros::from_secs(4), &frame);
+    assert_eq!((answer.trace.phase, answer.trace.abort, state.first_cause()), (Phase::Safe, Some(Abort::Leak), Some(Abort::Leak)));
+    let c = answer.command;
+    assert_eq!((c.ballast_m3, c.battery_mass_m, c.fin_rad, c.drop_weight, c.beacon), (config.pump_m3, 0.0, 0.0, false, true));
+}
+
+#[test]
+fn damaged_stages_come_home_and_damaged_orders_stay_in_range() {
+    let (config, none) = (Config::default(), f32::NAN);
+    let (m, since) = (1.0, Micros(0));
+    let low = |from_m, speed_m_s, ballast_m3, peak_m| Stage::InflectLow { since, turn: Underway { from_m, speed_m_s, ballast_m3, peak_m } };
+    for (stage, cause) in [
+        (low(m, m, m, m), None),
+        (low(none, m, m, m), Some(Abort::Internal)),
+        (low(m, none, m, m), Some(Abort::Internal)),
+        (low(m, m, none, m), Some(Abort::Internal)),
+        (low(m, m, m, f32::INFINITY), Some(Abort::Internal)),
+        (Stage::Dive { since, mark_m: none, mark_since: since }, Some(Abort::Internal)),
+        (Stage::Climb { since, top: Top::Turn, mark_m: none, mark_since: since }, Some(Abort::Internal)),
+    ] {
+        let mut state = State::new(&config, Mission::default(), Micros(0));
+        (state.voyage.stage, state.last.fin_rad, state.last.battery_mass_m) = (stage, none, 0.01);
+        state.heal();
+        assert_eq!((state.last.fin_rad, state.last.battery_mass_m), (0.0, 0.01), "what is a number stays");
+        let answer = step(&config, None, &mut state, Micros::from_secs(4), &Toy::new(&config).frame());
+        assert_eq!((answer.trace.abort, state.first_cause()), (cause, cause), "{stage:?}");
+    }
+    let (pump, mass, fin) = (config.pump_m3, config.battery_m, config.fin_rad);
+    // What is no number lifts, and pitches and turns nowhere.
+    for ((b, m, f), want) in [
+        ((-pump, mass, -fin), (-pump, mass, -fin)),
+        ((-2.0 * pump, mass, fin), (-pump, mass, fin)),
+        ((0.0, 2.0 * mass, fin), (0.0, mass, fin)),
+        ((0.0, mass, -2.0 * fin), (0.0, mass, -fin)),
+        ((none, none, none), (pump, 0.0, 0.0)),
+        ((f32::NEG_INFINITY, 0.0, f32::INFINITY), (pump, 0.0, 0.0)),
+    ] {
+        let c = within_range(&config, ActuatorCommand { ballast_m3: b, battery_mass_m: m, fin_rad: f, ..ActuatorCommand::default() });
+        assert_eq!((c.ballast_m3, c.battery_mass_m, c.fin_rad), want);
+    }
+}
+
+#[test]
+fn the_pitch_follows_table_and_goal_and_a_fixed_one_stays() {
+    let (config, best) = (Config::default(), Leg::default());
+    let table = polar::builtin(Wings::Standard).expect("built in");
+    let fixed = Leg { goal: Goal::FixedPitch { pitch_rad: 0.4 }, ..best };
+    let searched = |choice: &mut Choice, leg: &Leg| {
+        (0..16).for_each(|_| choice.search(&config, &table, leg, 0));
+        choice.settle(&config, &table, leg);
+        choice.pitch_rad(&config, 0.0)
+    };
+    let mut choice = Choice::default();
+    assert_eq!(choice.pitch_rad(&config, 0.0), config.preset_pitch_rad, "before any leg");
+    choice.follow(&config, None, 0, 0, &best);
+    assert!(choice.is_preset() && !choice.wants_lesson(0));
+    assert_eq!(searched(&mut choice, &best), config.preset_pitch_rad);
+    choice.follow(&config, Some(&table), 1, 0, &best);
+    let first = choice.pitch_rad(&config, 0.0);
+    assert!(!choice.is_preset() && choice.wants_lesson(0) && choice.wants_lesson(2) && !choice.wants_lesson(3));
+    assert!(first > 0.2 && first < config.preset_pitch_rad, "{first}");
+    // Wings that let go there make it steeper; that is of this table, not of another.
+    choice.retreat();
+    assert!(choice.pitch_rad(&config, 0.0) > first + 0.03);
+    choice.follow(&config, Some(&table), 1, 0, &best);
+    assert!(searched(&mut choice, &best) > first + 0.03 && !choice.is_steep(), "not that flat again");
+    choice.follow(&config, Some(&table), 2, 0, &best);
+    assert!(choice.is_steep(), "nothing is known of a new table's wings");
+    choice.follow(&config, Some(&table), 2, 1, &fixed);
+    assert_eq!((searched(&mut choice, &fixed), choice.pitch_rad(&config, 0.1), choice.wants_lesson(0)), (0.4, 0.4, false));
+    // Levels are learned apart where the pitch is chosen for the best glide only.
+    let levels = Config::new(Settings { learns_levels: true, ..Settings::default() }).expect("valid");
+    let speed = Leg { goal: Goal::BestSpeed, ..best };
+    assert!(steeper_rad(&levels, &best, 1, false) > 0.1 && steeper_rad(&levels, &best, 3, false) == 0.0);
+    assert!(steeper_rad(&levels, &speed, 1, false) == 0.0 && steeper_rad(&config, &best, 1, false) == 0.0);
+    assert_eq!(Belief::of(&table).steady(&table, 0.0, 2e-4), None, "no lift, no glide");
+    for alpha_rad in [0.6, 1.0, 1.4].map(|share| share * table.best_alpha_rad()) {
+        let glide = Belief::of(&table).steady(&table, alpha_rad, 2e-4).expect("a glide");
+        let rate_m_s = table_rate_m_s(&table, glide.gamma_rad() - alpha_rad, 2e-4).expect("a glide");
+        assert!((rate_m_s / (glide.speed_m_s() * glide.sin_gamma) - 1.0).abs() < 0.01, "{alpha_rad}: {rate_m_s}");
+    }
+}

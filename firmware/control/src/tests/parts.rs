@@ -189,6 +189,8 @@ fn the_weight_goes_sooner_with_a_load_and_late_under_a_keel() {
         (sinks(v), Some(15)),
         (sinks(Verdict { loaded: true, ..v }), Some(3)),
         (sinks(Verdict { leak_stands: true, ..v }), Some(3)),
+        ((seen(24.1), Verdict { leak_stands: true, ..v }), Some(1)),
+        ((seen(23.9), Verdict { leak_stands: true, ..v }), None),
         (held(20.0, out), waits(config.max_burn_s)),
         (held(20.0, not), Some(1)),
         (held(7.9, out), waits(2.0 * config.max_burn_s)),
@@ -204,6 +206,12 @@ fn the_weight_goes_sooner_with_a_load_and_late_under_a_keel() {
             release.fire(w, &v)
         };
         assert_eq!(found(seen, |_| (), fires).first().copied(), first, "{} m, {:?} m³", seen.depth_m, seen.ballast_m3);
+    }
+    // Less than a metre in the time that it has is no rise.
+    for (way_m, fires) in [(1.1, false), (0.9, true)] {
+        let mut release = Release::default();
+        let at = |i: u8| Seen { dt_s: 0.6 * config.max_burn_s, ..seen(100.0 - way_m * f32::from(i)) };
+        assert_eq!((0..10).any(|i| watch(&at(i), |_| (), |w| release.fire(w, &v))), fires, "{way_m} m");
     }
 }
 
@@ -296,4 +304,46 @@ fn the_pitch_follows_table_and_goal_and_a_fixed_one_stays() {
         let rate_m_s = table_rate_m_s(&table, glide.gamma_rad() - alpha_rad, 2e-4).expect("a glide");
         assert!((rate_m_s / (glide.speed_m_s() * glide.sin_gamma) - 1.0).abs() < 0.01, "{alpha_rad}: {rate_m_s}");
     }
+}
+
+#[test]
+fn a_reading_that_no_sensor_can_give_is_refused_and_a_place_seen_thrice_taken() {
+    type Put = fn(&mut SensorFrame, Reading);
+    type Get = fn(&Seen) -> Option<f32>;
+    let c = Config::default();
+    for (put, get, low, high) in [
+        ((|f, r| f.ballast_m3 = r) as Put, (|s| s.ballast_m3) as Get, -1.2 * c.pump_m3, 1.2 * c.pump_m3),
+        (|f, r| f.battery_mass_m = r, |s| s.battery_m, -1.2 * c.battery_m, 1.2 * c.battery_m),
+        (|f, r| f.pitch_rad = r, |s| s.pitch_rad, -1.6, 1.6),
+        (|f, r| f.heading_rad = r, |s| s.heading_rad, -7.0, 13.0),
+        (|f, r| f.density_kg_m3 = r, |s| (!s.density_default).then_some(s.density_kg_m3), 990.0, 1060.0),
+        (|f, r| f.depth_m = r, |s| s.measured_m, -10.0, 1.5 * c.crush_depth_m),
+        (|f, r| f.depth2_m = r, |s| s.measured_m, -10.0, 1.5 * c.crush_depth_m),
+    ] {
+        let (near, age_ms) = (0.001 * (high - low), u32::MAX);
+        let mut readings = [(low - near, false), (low + near, true), (high - near, true), (high + near, false)]
+            .map(|(v, ok)| (Reading::now(v), ok))
+            .to_vec();
+        readings.push((Reading::Sampled { value: 0.5 * (low + high), age_ms }, false));
+        for (reading, taken) in readings {
+            let mut frame = SensorFrame::default();
+            put(&mut frame, reading);
+            let seen = Senses::default().observe(&c, 4.0, &frame, 0.0);
+            assert_eq!((get(&seen).is_some(), seen.refused), (taken, !taken), "{reading:?} of {low} to {high}");
+        }
+    }
+    for (places, taken) in
+        [([-2e-4, 2e-4, 2e-4, 2e-4], [true, false, false, true]), ([-2e-4, 2e-4, 0.5e-4, 2e-4], [true, false, false, false])]
+    {
+        let mut senses = Senses::default();
+        let at = |at| SensorFrame { ballast_m3: Reading::now(at), ..SensorFrame::default() };
+        assert_eq!(places.map(|place| senses.observe(&c, 1.0, &at(place), 0.0).ballast_m3.is_some()), taken, "{places:?}");
+    }
+}
+
+/// By hand: 823.4 J against 1.03 MPa at half efficiency, and twice 9.62 W for 30.8 s and 2 W for 7.9 s.
+#[test]
+fn accuracy_the_energy_of_a_dive_is_that_of_a_sum_by_hand() {
+    let dive_j = crate::dive_j(&Config::default(), &Leg { ballast_m3: 2e-4, depth_max_m: 100.0, ..Leg::default() });
+    assert!((dive_j - 1_446.7).abs() < 0.5, "{dive_j}");
 }

@@ -83,6 +83,54 @@ fn each_stage_hears_a_call_home_and_turns_round_without_way() {
 }
 
 #[test]
+fn turns_begin_and_end_where_depth_bottom_and_dwell_say() {
+    let (config, now) = (Config::default(), ago(0));
+    let legs = [Leg { dives: 2, depth_min_m: 10.0, ..Leg::default() }, Leg::default()];
+    let mut mission = Mission::default();
+    mission.legs.clear();
+    mission.legs.extend(legs);
+    let fresh = Voyage::new(mission);
+    let after = |voyage: &Voyage, stage: Stage, seen: Seen, ballast_m3: f32| {
+        let mut voyage = voyage.clone();
+        voyage.stage = stage;
+        voyage.advance(&config, now, &seen, &legs[0], ballast_m3);
+        voyage
+    };
+    let climb = |top, s| Stage::Climb { since: ago(s), top, mark_m: 1.0, mark_since: ago(s) };
+    // At rest the pump is started 0.3 m early; after the last dive of a leg where the next one turns, if that is shallower.
+    let first = after(&fresh, climb(Top::Turn, 8), seen(10.29), 0.0);
+    assert_eq!((first.phase(), first.dives), (Phase::InflectHigh, 1));
+    for (voyage, depth_m, phase) in
+        [(&fresh, 10.31, Phase::Climb), (&first, 10.29, Phase::Climb), (&first, 3.31, Phase::Climb), (&first, 3.29, Phase::InflectHigh)]
+    {
+        assert_eq!(after(voyage, climb(Top::Turn, 8), seen(depth_m), 0.0).phase(), phase, "{depth_m} m");
+    }
+    // A depth that is off does not keep it waiting: near the surface, and still for a minute.
+    for (depth_m, s, phase) in [(4.9, 60, Phase::Climb), (4.9, 61, Phase::Done), (5.1, 61, Phase::Climb), (0.9, 8, Phase::Done)] {
+        assert_eq!(after(&fresh, climb(Top::End, s), seen(depth_m), 0.0).phase(), phase, "{depth_m} m, {s} s");
+    }
+    for (rate_m_s, ballast_m3, s, phase) in [
+        (-0.02, 1e-4, 4, Phase::InflectLow),
+        (-0.02, 1e-4, 8, Phase::Climb),
+        (0.02, 1e-4, 8, Phase::InflectLow),
+        (-0.02, -1e-4, 8, Phase::InflectLow),
+    ] {
+        let low = Stage::InflectLow { since: ago(s), turn: Underway::default() };
+        assert_eq!(after(&fresh, low, Seen { rate_m_s, ..seen(20.0) }, ballast_m3).phase(), phase, "{rate_m_s} {ballast_m3} {s}");
+    }
+    for (above_m, phase, turns) in [(0.29, Phase::InflectLow, 1), (0.31, Phase::Dive, 0)] {
+        let mut voyage = fresh.clone();
+        voyage.stage = Stage::Dive { since: ago(8), mark_m: 20.0, mark_since: ago(8) };
+        let near = Seen { altitude_m: Some(config.min_altitude_m + above_m), ..seen(20.0) };
+        for phase in [Phase::Dive, Phase::Dive, phase] {
+            voyage.advance(&config, now, &near, &legs[0], 0.0);
+            assert_eq!(voyage.phase(), phase, "{above_m} m");
+        }
+        assert_eq!(voyage.bottom_turns, turns);
+    }
+}
+
+#[test]
 fn a_climb_without_way_or_drive_takes_all_the_pump_has() {
     let config = Config::default();
     let full = config.pump_m3;
@@ -221,6 +269,7 @@ fn the_second_way_home_alone_commands_all_of_it() {
     let mut state = State::new(&config, Mission::default(), Micros(0));
     let frame = Toy::new(&config).frame();
     let limits = crate::backup_limits(&config, &Mission::default());
+    assert_eq!(state.learned(), [1.0; 3], "the table as it is");
     let leaks = SensorFrame { leak: Switch::Alarm, ..frame };
     assert!((0..5).any(|_| state.backup.check(&limits, Micros(0), &leaks).is_some()));
     let answer = step(&config, None, &mut state, Micros::from_secs(4), &frame);

@@ -141,7 +141,7 @@ impl Backup {
 #[cfg(test)]
 mod tests {
     use super::{Backup, Limits};
-    use signals::{Abort, Micros, Reading, SensorFrame, Switch};
+    use signals::{Abort, Micros, Reading, SensorFrame, Surface, Switch};
 
     const LIMITS: Limits = Limits { deep_cm: 21_000, burn_cm: 22_000, mission_us: 3_600_000_000, pump_m3: 236e-6 };
 
@@ -163,21 +163,34 @@ mod tests {
         );
         let burn = run([230.0; 4].into_iter().map(at));
         assert_eq!(burn[3], Some((Abort::OverDepth, true)));
+        // One of two that is deep calls home, later, and burns nothing.
+        for (a, b) in [(230.0, 50.0), (50.0, 230.0)] {
+            let one = run((0..12).map(|_| SensorFrame { depth2_m: Reading::now(b), ..at(a) }));
+            assert!(one[7].is_none() && one[8..].iter().all(|r| *r == Some((Abort::OverDepth, false))), "{one:?}");
+        }
         let leak = run((0..6).map(|_| SensorFrame { leak: Switch::Alarm, ..at(5.0) }));
         assert!(leak[3].is_none() && leak[4] == Some((Abort::Leak, false)));
         let silence = run((0..20).map(|_| SensorFrame::default()));
         assert!(silence[14].is_none() && silence[15].is_some_and(|r| r.0 == Abort::LinkLost));
         let deaf = run((0..200).map(|_| SensorFrame { pitch_rad: Reading::now(0.3), ..SensorFrame::default() }));
         assert!(deaf[164].is_none() && deaf[165].is_some_and(|r| r.0 == Abort::LinkLost));
+        // Either receiver hears above water only.
+        for (gps_fix, comms) in [(true, false), (false, true)] {
+            let surface = Surface { gps_fix, comms };
+            assert!(run((0..500).map(|_| SensorFrame { surface, ..SensorFrame::default() })).iter().all(Option::is_none));
+        }
         let time = run((0..1000).map(|_| at(10.0)));
         assert!(time[900].is_none() && time[901] == Some((Abort::OverTime, false)));
     }
 
     #[test]
     fn one_damaged_copy_of_the_latch_changes_nothing() {
-        let mut b = Backup { latch: [2, 7, 2], ..Backup::default() };
-        assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), Some((Abort::Leak, false)));
-        let mut b = Backup { latch: [0, 7, 0], ..Backup::default() };
-        assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), None);
+        let (leak, all_differ) = (Some((Abort::Leak, false)), Some((Abort::Internal, false)));
+        for (latch, home) in
+            [([2, 7, 2], leak), ([7, 2, 2], leak), ([2, 2, 7], leak), ([0, 7, 0], None), ([7, 0, 0], None), ([1, 2, 3], all_differ)]
+        {
+            let mut b = Backup { latch, ..Backup::default() };
+            assert_eq!(b.check(&LIMITS, Micros(0), &at(1.0)), home, "{latch:?}");
+        }
     }
 }

@@ -240,7 +240,8 @@ impl Choice {
     #[cold]
     #[inline(never)]
     pub(crate) fn settle(&mut self, config: &Config, table: &Table<'_>, leg: &Leg) {
-        if self.next < GRID || self.fixed || self.preset {
+        // A fixed or preset pitch is never searched for.
+        if self.next < GRID {
             return;
         }
         if self.best > f32::MIN {

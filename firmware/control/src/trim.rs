@@ -100,9 +100,6 @@ impl Trim {
         if let Some(at) = battery_m {
             self.battery_m = at.at_least(-config.battery_m).at_most(config.battery_m);
         }
-        if !self.sane(config) {
-            *self = Self::default();
-        }
         self.battery_m
     }
 
@@ -114,7 +111,7 @@ impl Trim {
 
 #[cfg(test)]
 mod tests {
-    use super::{LEARN_S, SAME_PITCH, Trim, Wish};
+    use super::{LEARN_MAX, LEARN_S, Learned, SAME_PITCH, Trim, Wish};
     use crate::angle::{atan, tan};
     use crate::config::Config;
 
@@ -141,6 +138,23 @@ mod tests {
             }
         }
         all
+    }
+
+    #[test]
+    fn what_no_glide_can_have_taught_gives_way_to_nothing_learned() {
+        let (c, wish) = (Config::default(), Wish { pitch_rad: 0.4, ballast_m3: 2e-4, side: 1.0, steady: false });
+        let new = Trim::default().advance(&c, 4.0, wish, None, None);
+        let learned = |tan, at| Learned { tan, at };
+        for (dive, climb, battery_m) in [
+            (learned(LEARN_MAX * 1.01, 0.4), learned(0.1, 0.4), 0.0),
+            (learned(0.1, f32::NAN), learned(0.1, 0.4), 0.0),
+            (learned(0.1, 0.4), learned(f32::NAN, 0.4), 0.0),
+            (learned(0.1, 0.4), learned(0.1, 0.4), c.battery_m * 1.01),
+        ] {
+            assert_eq!(Trim { dive, climb, battery_m }.advance(&c, 4.0, wish, None, None), new);
+        }
+        let sound = Trim { dive: learned(0.1, 0.4), climb: learned(0.1, 0.4), battery_m: 0.0 }.advance(&c, 4.0, wish, None, None);
+        assert!((sound - new).abs() > 1e-3);
     }
 
     /// The schedule: the moment is learned for each pitch, the zero of the mass once for all.

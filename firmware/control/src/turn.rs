@@ -63,11 +63,39 @@ impl Turn {
             return;
         }
         let lag = (turn.peak_m - turn.from_m) / turn.speed_m_s - pump_span_s(config, turn.ballast_m3);
-        if !lag.is_finite() {
-            return;
-        }
         let share = if lag > self.lag_s { 0.8 } else { 0.4 };
         let next = self.lag_s + share * (lag - self.lag_s);
         self.lag_s = if next.is_finite() { next.at_least(*LAG_RANGE_S.start()).at_most(*LAG_RANGE_S.end()) } else { LAG_FIRST_S };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LAG_RANGE_S, Turn, Underway};
+    use crate::config::Config;
+
+    #[test]
+    fn a_lag_that_no_turn_can_have_taught_is_the_first_one_again() {
+        let c = Config::default();
+        let turn = |speed_m_s, peak_m| Underway { from_m: 20.0, speed_m_s, ballast_m3: 2e-4, peak_m };
+        for lag_s in [f32::NAN, f32::INFINITY, -20.1, 120.1] {
+            assert_eq!(Turn { lag_s }.carry_m(&c, 0.2, 2e-4), Turn::default().carry_m(&c, 0.2, 2e-4), "{lag_s}");
+            let mut taught = Turn { lag_s };
+            taught.learn(&c, &turn(0.2, 25.0));
+            assert!(LAG_RANGE_S.contains(&taught.lag_s), "{lag_s}: {taught:?}");
+        }
+        // 5 m at 0.2 m/s are 25 s, of which the pump's two thirds are known: quickly towards longer, slowly towards shorter.
+        let lag_s = 25.0 - 2.0 / 3.0 * 2e-4 / c.pump_rate_m3_s;
+        for (from_s, share) in [(lag_s - 10.0, 0.8), (lag_s + 10.0, 0.4)] {
+            let mut taught = Turn { lag_s: from_s };
+            taught.learn(&c, &turn(0.2, 25.0));
+            assert!((taught.lag_s - (from_s + share * (lag_s - from_s))).abs() < 1e-3, "{taught:?}");
+            assert!((Turn { lag_s: from_s }.carry_m(&c, 0.2, 2e-4) - 0.2 * (25.0 - lag_s + from_s) - 0.3).abs() < 1e-4);
+        }
+        for (speed_m_s, peak_m) in [(0.03, 25.0), (f32::NAN, 25.0), (0.2, f32::NAN), (0.2, f32::INFINITY)] {
+            let mut taught = Turn::default();
+            taught.learn(&c, &turn(speed_m_s, peak_m));
+            assert_eq!(taught, Turn::default(), "nothing is learned at {speed_m_s} m/s to {peak_m} m");
+        }
     }
 }

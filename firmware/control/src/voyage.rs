@@ -20,7 +20,7 @@
 //! holds dive ballast, level at neutral, full climb pitch from a share of the
 //! climb ballast on.
 
-use crate::bound::Bound;
+use crate::bound::{Bound, all_finite};
 use crate::config::Config;
 use crate::mutant::Watch as Of;
 use crate::senses::NO_DEPTH_S;
@@ -386,7 +386,7 @@ impl Voyage {
 
     /// What the state asks for.
     pub(crate) fn order(&self, config: &Config, clock: Micros, leg: &Leg) -> Order {
-        let drive = if leg.ballast_m3.is_finite() { leg.ballast_m3.at_least(0.0).at_most(config.pump_m3) } else { 0.0 };
+        let drive = leg.ballast_m3.at_least(0.0).at_most(config.pump_m3);
         let full = config.pump_m3;
         match self.stage {
             Stage::Dive { .. } | Stage::InflectHigh { .. } => Order { ballast_m3: -drive, antenna_up: false, steer: true },
@@ -406,7 +406,7 @@ impl Voyage {
         let marks = match self.stage {
             Stage::Dive { mark_m, .. } | Stage::Climb { mark_m, .. } => mark_m.is_finite(),
             Stage::InflectLow { turn, .. } | Stage::InflectHigh { turn, .. } => {
-                turn.from_m.is_finite() && turn.peak_m.is_finite() && turn.speed_m_s.is_finite() && turn.ballast_m3.is_finite()
+                all_finite([turn.from_m, turn.peak_m, turn.speed_m_s, turn.ballast_m3])
             }
             _ => true,
         };

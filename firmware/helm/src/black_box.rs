@@ -197,6 +197,11 @@ mod tests {
         assert_eq!(kept, None);
         let present = Note::read(words(&second)[..].try_into().unwrap()).unwrap();
         assert_eq!((present.run, present.began, present.image), (1, flag::PIN, 0xabcd));
+        // A fault is written into a whole note only.
+        let mut hurt = second;
+        [0, RUN].into_iter().for_each(|at| hurt.memory[at] ^= 1);
+        hurt.fault(Cause::Fault, FLAGS, [0; CALLERS], 0);
+        assert_eq!(reset(hurt, flag::SOFTWARE).1, None);
     }
 
     #[test]

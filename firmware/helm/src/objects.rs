@@ -58,19 +58,13 @@ pub fn config_of(bytes: &[u8]) -> Option<Config> {
 /// The stored form of a configuration.
 pub fn config_bytes(config: &Config, out: &mut Content) {
     let mut buffer = [0u8; MAX_OBJECT];
-    out.clear();
-    if let Ok(bytes) = postcard::to_slice(config.settings(), &mut buffer) {
-        fill(out, bytes);
-    }
+    fill(out, postcard::to_slice(config.settings(), &mut buffer).unwrap_or_default());
 }
 
 /// The stored form of a mission.
 pub fn mission_bytes(mission: &Mission, out: &mut Content) {
     let mut buffer = [0u8; MAX_OBJECT];
-    out.clear();
-    if let Ok(bytes) = postcard::to_slice(mission, &mut buffer) {
-        fill(out, bytes);
-    }
+    fill(out, postcard::to_slice(mission, &mut buffer).unwrap_or_default());
 }
 
 /// CRC-32 of a configuration's stored form.
@@ -106,9 +100,7 @@ pub fn select_table(storage: &mut impl Storage, wings: Wings, out: &mut Content)
     if let Some(id) = uploaded_table(storage, wings, out) {
         return id;
     }
-    if !fill(out, built_in(wings)) {
-        return 0;
-    }
+    fill(out, built_in(wings));
     Table::parse(out, wings).map_or(0, |table| table.id())
 }
 

@@ -294,9 +294,9 @@ impl<S: Storage> Helm<S> {
     pub fn keep_log(&mut self) {
         if self.flight.unlogged {
             self.sealed(|helm| {
-                if core::mem::take(&mut helm.flight.unlogged)
-                    && let Some((frame, answer)) = &helm.flight.last
-                {
+                // A flight whose seal was broken has no last step.
+                helm.flight.unlogged = false;
+                if let Some((frame, answer)) = &helm.flight.last {
                     helm.storage.log(helm.utc.utc(), frame, answer);
                     let phase = answer.trace.phase;
                     helm.confirm_image(phase);

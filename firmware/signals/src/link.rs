@@ -260,7 +260,8 @@ mod tests {
             let data: std::vec::Vec<u8> = (0..len)
                 .map(|_| {
                     seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                    if seed >> 28 == 0 { 0 } else { (seed >> 16) as u8 }
+                    // Every other one without a zero: groups of all 254 bytes.
+                    if len % 2 == 1 { (seed >> 16) as u8 | 1 } else { (seed >> 16) as u8 * u8::from(seed >> 28 != 0) }
                 })
                 .collect();
             let mut ours = [0u8; 700];
@@ -273,6 +274,9 @@ mod tests {
             assert_eq!(&check[..k], &data[..], "len {len}");
             assert_eq!(cobs_decode(&mut theirs[..m]).unwrap(), &data[..], "len {len}");
             assert_eq!(cobs_decode(&mut ours[..n - 1]).unwrap(), &data[..], "len {len}");
+        }
+        for bad in [[0, 1, 1], [3, 0, 1], [1, 3, 1]] {
+            assert_eq!(cobs_decode(&mut bad.clone()), None, "{bad:?}");
         }
     }
 

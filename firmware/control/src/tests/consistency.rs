@@ -90,3 +90,28 @@ fn prop_the_covariance_stays_positive_over_a_hundred_thousand_pieces() {
         assert!(learned > 20_000 && (extreme || healed == 0), "{learned} learned, {healed} healed");
     }
 }
+
+#[test]
+fn what_no_glide_can_have_taught_gives_way_to_the_table() {
+    let table = polar::builtin(Wings::Standard).expect("a table");
+    let learned = Belief { x: [0.1; 3], pairs: 2, ..Belief::of(&table) };
+    let now = learned.steady(&table, 0.1, 2e-4).expect("a glide");
+    let damages: [fn(&mut Belief); 6] = [
+        |b| b.x[1] = f32::NAN,
+        |b| b.s[2] = [0.0; 3],
+        |b| b.s[0][0] = 1.0,
+        |b| b.scatter = f32::INFINITY,
+        |b| b.top = super::WAITING,
+        |b| b.height = super::WAITING + 1,
+    ];
+    for (i, damage) in damages.into_iter().enumerate() {
+        let mut belief = learned;
+        damage(&mut belief);
+        belief.take(&now, 0.1);
+        assert_eq!((belief.factors(), belief.pairs(), sound(&belief)), ([1.0; 3], 0, true), "damage {i}");
+    }
+    // A rate that is none ends its piece and teaches nothing.
+    let mut belief = learned;
+    (0..200).for_each(|_| assert!(matches!(belief.take(&now, f32::NAN), super::News::None)));
+    assert_eq!((belief.factors(), belief.height), (learned.factors(), 0));
+}

@@ -4,6 +4,7 @@ mod bridging;
 mod flooding;
 mod goals;
 mod laws;
+mod parts;
 mod slow_orders;
 mod toy;
 mod wrong_sensors;

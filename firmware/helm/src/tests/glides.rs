@@ -1,12 +1,12 @@
 //! From frames to the report: the packet of the glides, and the flag of a departure from the history that is stored.
 
-use crate::glides::{Glides, PA_PER_M, vehicle};
+use crate::glides::{Glides, PA_PER_M, is_enough, vehicle};
 use control::{Config, Settings};
 use evidence::glide::linearise;
 use evidence::rows::Row;
 use evidence::{History, Packet};
 use signals::surfacing::OfGlides;
-use signals::{Answer, Flags, Micros, Phase, Reading, SensorFrame, Trace, Wings};
+use signals::{Answer, Flags, Micros, Phase, Reading, SensorFrame, Trace, Weight, Wings};
 
 /// Two dives to 150 m, `slower` times as fast as the table says, and what is said of them.
 fn said(glides: &mut Glides, history: Option<&History>, slower: f32) -> Option<OfGlides> {
@@ -52,6 +52,11 @@ fn the_flag_is_up_where_the_history_does_not_explain_the_glides() {
         let (bytes, flags) = said(&mut Glides::new(), history, slower).expect("enough to judge");
         let packet = Packet::decode(&bytes).expect("a packet");
         assert!(packet.rows > 30 && packet.vehicle_id == vehicle(&config).id());
+        let mut few = packet;
+        for (rows, climbing, enough) in [(14, 4, true), (14, 10, true), (13, 6, false), (14, 3, false), (14, 11, false)] {
+            (few.rows, few.climbing) = (rows, climbing);
+            assert_eq!(is_enough(&few), enough, "{climbing} of {rows}");
+        }
         flags
     };
     // Half as much drag again is a fifth less speed.
@@ -81,4 +86,7 @@ fn a_frame_without_temperature_says_nothing_of_the_expansion() {
     assert!(refused.into_iter().all(|r| of(r).is_nan()));
     assert_eq!(cycle(&SensorFrame { density_kg_m3: Reading::Missing, ..sound }, Phase::Dive), None);
     assert_eq!(cycle(&sound, Phase::InflectLow), None);
+    assert_eq!(cycle(&SensorFrame { weight: Weight::Released, ..sound }, Phase::Climb), None);
+    let depth = |age_ms| cycle(&SensorFrame { depth_m: Reading::Sampled { value: 50.0, age_ms }, ..sound }, Phase::Dive);
+    assert!(depth(10_000).is_some() && depth(10_001).is_none());
 }

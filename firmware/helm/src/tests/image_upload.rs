@@ -120,6 +120,8 @@ fn an_older_image_needs_leave_and_a_mission_ends_an_upload() {
     assert_eq!(standing(&mut helm), Standing::Flashed);
     assert!(matches!(upload(&mut helm, &image(1), Older::Taken), ToHost::Done { .. }));
     let mut helm = fresh();
+    assert!(matches!(helm.handle(ToBoard::Launch(Mission::default())), ToHost::Ready { .. }), "on no trial");
+    helm.handle(ToBoard::Recall);
     let new = image(3);
     let begin = ToBoard::UploadBegin { object: Object::Image(Older::Refused), length: new.len() as u32, crc: CRC32.checksum(&new) };
     let piece = |offset: usize| ToBoard::UploadChunk {
@@ -129,6 +131,8 @@ fn an_older_image_needs_leave_and_a_mission_ends_an_upload() {
     helm.handle(begin.clone());
     assert_eq!(helm.handle(piece(0)), ToHost::Continue { offset: 128 });
     assert_eq!(helm.handle(piece(256)), ToHost::Refused(Refusal::OutOfOrder));
+    let beyond = ToBoard::UploadChunk { offset: new.len() as u32 - 1, data: heapless::Vec::from_slice(&[0; 2]).expect("fits") };
+    assert_eq!(helm.handle(beyond), ToHost::Refused(Refusal::TooLong));
     assert_eq!(helm.handle(ToBoard::UploadCommit), ToHost::Refused(Refusal::OutOfOrder));
     assert!(matches!(helm.handle(ToBoard::Begin(Mission::default())), ToHost::Ready { .. }));
     for message in [piece(128), begin.clone(), ToBoard::UploadCommit, ToBoard::Rollback(Object::Image(Older::Refused))] {

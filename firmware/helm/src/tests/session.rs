@@ -1,6 +1,7 @@
 //! The session's rules, from outside: messages in, messages out.
 
 use super::toy::Toy;
+use crate::storage::MAX_OBJECT;
 use crate::{Boot, Helm, Mark, RamStorage, Seat, Storage, objects};
 use control::Config;
 use signals::link::MAX_WIRE;
@@ -325,6 +326,44 @@ fn a_corrupt_upload_changes_nothing() {
     h.handle(ToBoard::UploadChunk { offset: 0, data: heapless::Vec::from_slice(&[1, 2, 3]).unwrap() });
     assert_eq!(h.handle(ToBoard::UploadCommit), ToHost::Refused(Refusal::Corrupt));
     assert!(matches!(h.handle(ToBoard::ReadBack { object: Object::Mission, offset: 0 }), ToHost::Content { length: 0, .. }));
+    // What is longer than an object, or than it said, has no room.
+    let (long, too_long) = ([7; MAX_OBJECT + 1], ToHost::Refused(Refusal::TooLong));
+    assert_eq!(h.handle(ToBoard::UploadBegin { object: Object::Mission, length: long.len() as u32, crc: 1 }), too_long);
+    assert_eq!(h.handle(ToBoard::UploadBegin { object: Object::Mission, length: 3, crc: 1 }), ToHost::Continue { offset: 0 });
+    assert_eq!(h.handle(ToBoard::UploadChunk { offset: 0, data: heapless::Vec::from_slice(&[1; 4]).unwrap() }), too_long);
+    assert_eq!(h.storage().save(Object::Mission, &long), Err(Refusal::TooLong));
+    assert!(!h.storage().holds(Object::Mission));
+}
+
+#[test]
+fn a_mission_without_legs_is_the_stored_one_if_that_is_one() {
+    let none = Mission { legs: heapless::Vec::new(), ..Mission::default() };
+    let stored = Mission { surface_every: 3, ..Mission::default() };
+    let bytes = postcard::to_vec::<_, 512>(&stored).unwrap();
+    for (kept, id) in [(None, None), (Some(&bytes[1..]), None), (Some(&bytes[..]), Some(objects::mission_id(&stored)))] {
+        let mut h = helm();
+        hello(&mut h, 1);
+        kept.map(|bytes| h.storage().save(Object::Mission, bytes).unwrap());
+        let ready = match h.handle(ToBoard::Begin(none.clone())) {
+            ToHost::Ready { mission, .. } => Some(mission),
+            other => {
+                assert!(matches!(other, ToHost::Refused(Refusal::Mission(_))), "{other:?}");
+                None
+            }
+        };
+        assert_eq!(ready, id, "{kept:?}");
+    }
+}
+
+#[test]
+fn before_its_first_message_a_controller_marks_what_it_was_booted_with() {
+    assert_eq!((helm().mark(), interrupted().mark()), (Mark::NONE, Mark::mission(Seat::Host, None, false)));
+    // A seal that was broken since the last step: nothing of it is logged, and the mission goes on in SAFE.
+    let mut h = flying();
+    h.handle(ToBoard::Sensor(frame(0)));
+    h.flight.silent_steps ^= 1;
+    h.keep_log();
+    assert_eq!((h.last().copied(), h.manifest().phase), (None, Phase::Safe));
 }
 
 #[test]

@@ -126,7 +126,22 @@ fn what_is_not_finite_leaves_no_trace_and_a_gap_is_no_glide() {
         let frame =
             SensorFrame { time, pitch_rad: reading, battery_v: reading, charge: reading, vacuum_pa: reading, ..SensorFrame::default() };
         let trace = Trace { phase: Phase::Dive, depth_m: bad, speed_m_s: bad, glide_angle_rad: bad, ..Trace::default() };
-        evidence.take(&frame, &Answer { command: ActuatorCommand::default(), trace });
+        let answer = Answer { command: ActuatorCommand::default(), trace };
+        evidence.take(&frame, &answer);
+        let mut first = Evidence::default();
+        first.take(&frame, &answer);
+        let empty = *first.told();
+        assert_eq!((empty.battery_v, empty.charge, empty.vacuum_pa, empty.deepest_m), (None, None, None, 0.0));
+        // Numbers of a glide that are none, and a time that stands still, between two depths.
+        for (second, path_rad) in [(580, -0.4), (580, -0.4), (584, bad)] {
+            let frame = SensorFrame { time: Micros::from_secs(second), pitch_rad: Reading::now(-0.4), ..SensorFrame::default() };
+            let trace = Trace { phase: Phase::Dive, depth_m: 20.0, glide_angle_rad: path_rad, ..Trace::default() };
+            first.take(&frame, &Answer { command: ActuatorCommand::default(), trace });
+        }
+        assert_eq!(first.told().glides, [Glide::default(); 2]);
+        let said = Surfacing { battery_v: Some(bad), charge: Some(1e9), ..Surfacing::default() };
+        let read = Surfacing::decode(&said.encode()).expect("a message");
+        assert_eq!((read.battery_v, read.charge), (None, Some(6.5534)), "none is not known, too much is the end of the range");
     }
     // Four seconds after a depth that was none, and long after that.
     for second in [576, 900] {

@@ -141,7 +141,8 @@ impl<S: Storage> Helm<S> {
             (true, None) => Mark::mission(mark.seat(), Some(Abort::Internal), mark.weight_fired()),
             _ => mark,
         };
-        self.flight = flight_after(mark);
+        // What a flipped bit left there is overwritten, not dropped.
+        core::mem::forget(core::mem::replace(&mut self.flight, flight_after(mark)));
     }
 
     fn seal(&mut self) {
@@ -281,9 +282,8 @@ impl<S: Storage> Helm<S> {
         self.marks.mark().unwrap_or_else(|| self.flight.mark())
     }
 
-    /// Keeps the mark of the mission in step with what is being done. Call it
-    /// before anything that was answered leaves the board: then no command of
-    /// a mission is ever out without its mark.
+    /// Keeps the mark of the mission in step with what is being done. Call it before anything that was answered leaves the board: then
+    /// no command of a mission is ever out without its mark.
     pub fn keep_mark(&mut self) {
         let mark = self.mark();
         self.storage.mark(mark);

@@ -246,6 +246,15 @@ fn regress_collinear_effects_are_equally_likely_wherever_fits_start() {
     assert_eq!(diagnosed["verdict"], "ambiguous", "{diagnosed}");
 }
 
+/// A pitch that nature bends by depth presses its zero to ten tolerances, where the fit holds it; it once had an interval of no width.
+#[test]
+fn regress_a_number_at_the_end_of_what_it_may_deviate_has_no_interval() {
+    let diagnosed = diagnosed(20_261_130, 37);
+    let zero = diagnosed["moved"].as_array().into_iter().flatten().find(|n| n["name"] == "pitch_zero").expect("listed");
+    assert!(zero["low"].is_null() && zero["here"].as_f64().is_some_and(|v| v > 0.025), "{zero}");
+    assert_eq!(hil_host::score::contradictions::contradictions(&diagnosed), Vec::<String>::new());
+}
+
 /// Rows near the stall are left out of fits, but nobody is to believe that the model is right there.
 #[test]
 fn validate_a_model_that_misses_near_the_stall_alone_says_so() {

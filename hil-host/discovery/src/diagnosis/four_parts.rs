@@ -12,6 +12,7 @@
 use crate::hypotheses::identifiability::Identifiability;
 use crate::inference::evidence::{PRIOR, SPEAK_UP, log_size_prior};
 use crate::inference::posterior::Fit;
+use crate::inference::unknowns::HELD;
 use crate::likelihood::Problem;
 use crate::model::parameters::{N_CALIBRATION, NINETY, STATED, State, law};
 use crate::model::reported_numbers::{Number, reported_numbers};
@@ -69,8 +70,8 @@ impl FourParts {
         let vehicle = problem.vehicle;
         let left: [f64; STATED] = std::array::from_fn(|i| fit.covariance[(i, i)].max(0.0).sqrt());
         let mut moved = reported_numbers(vehicle, &fit.state, &left, |_| None);
-        // What the fit pressed against the end of what is possible has no interval.
-        let pressed = |k: &usize| is_at_bound(vehicle, &fit.state, *k);
+        // What the fit pressed against the end of what is possible, or of what it may deviate at all, has no interval.
+        let pressed = |k: &usize| is_at_bound(vehicle, &fit.state, *k) || fit.precision.get(*k).is_some_and(|p| *p >= HELD);
         (0..STATED.min(moved.len())).filter(pressed).for_each(|k| moved[k].tolerance = None);
         Self { moved, hidden: hidden(problem, fit, error_m_s), polar: polar(vehicle, fit), worth: worth(vehicle, fit) }
     }

@@ -147,7 +147,7 @@ fn a_climb_without_way_or_drive_takes_all_the_pump_has() {
     }
 }
 
-fn watch<T>(seen: &Seen, change: fn(&mut Watch<'_>), look: impl FnOnce(&Watch<'_>) -> T) -> T {
+fn watch<T>(seen: &Seen, change: fn(&mut Watch<'_>), judge: impl FnOnce(&Watch<'_>) -> T) -> T {
     let config = Config::default();
     let frame = Toy::new(&config).frame();
     let commanded = ActuatorCommand { ballast_m3: config.pump_m3, ..ActuatorCommand::default() };
@@ -167,7 +167,7 @@ fn watch<T>(seen: &Seen, change: fn(&mut Watch<'_>), look: impl FnOnce(&Watch<'_
         bottom_turns: 0,
     };
     change(&mut watch);
-    look(&watch)
+    judge(&watch)
 }
 
 #[test]
@@ -202,8 +202,8 @@ fn numbers_that_are_none_leave_nothing_in_the_watches() {
 }
 
 /// Cycles in which the vehicle is found to sink on, or its weight is fired, the first two.
-fn found(seen: Seen, change: fn(&mut Watch<'_>), mut look: impl FnMut(&Watch<'_>) -> bool) -> Vec<usize> {
-    (1..40).filter(|_| watch(&seen, change, &mut look)).take(2).collect()
+fn found(seen: Seen, change: fn(&mut Watch<'_>), mut judge: impl FnMut(&Watch<'_>) -> bool) -> Vec<usize> {
+    (1..40).filter(|_| watch(&seen, change, &mut judge)).take(2).collect()
 }
 
 #[test]
@@ -356,7 +356,7 @@ fn the_pitch_follows_table_and_goal_and_a_fixed_one_stays() {
 }
 
 #[test]
-fn a_reading_that_no_sensor_can_give_is_refused_and_a_place_seen_thrice_taken() {
+fn an_impossible_reading_is_refused_and_a_place_seen_thrice_taken() {
     type Put = fn(&mut SensorFrame, Reading);
     type Get = fn(&Seen) -> Option<f32>;
     let c = Config::default();

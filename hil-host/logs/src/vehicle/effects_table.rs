@@ -123,7 +123,7 @@ mod tests {
         refused(json!({"side_edge_lift": {"k": null}}), ["effects.side_edge_lift.k", "is not a number"]);
         refused(json!({"side_edge_lift": {"k": "2.0"}}), ["effects.side_edge_lift.k", "is not a number"]);
         refused(json!({"own_cd": {"expression": "cd += k*", "k": 1.0}}), ["effects.own_cd.expression", "character"]);
-        refused(json!({"own_cd": {"expression": "cd += k*alfa", "k": 1.0}}), ["effects.own_cd.alfa", "is missing"]);
+        refused(json!({"own_cd": {"expression": "cd += k*gain", "k": 1.0}}), ["effects.own_cd.gain", "is missing"]);
         refused(json!({"own_cd": {"expression": "cd += k*U", "k": {"value": null}}}), ["effects.own_cd.k", "is not a number"]);
     }
 

@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn water_in_the_hull_raises_the_pressure_and_a_lost_seal_ends_at_one_atmosphere() {
+    fn water_raises_the_pressure_and_a_lost_seal_ends_at_one_atmosphere() {
         // 600 g in 30 litres.
         let share = after(0.03, 230e-6, Some("hull:leak=300")) / after(0.03, 230e-6, None) - 1.0;
         assert!((share - 0.6 / 29.6).abs() < 1e-3, "{share}");

@@ -75,7 +75,8 @@ fn regress_the_test_command_fails_exactly_when_a_step_does() {
     let sound = test_command("none", &TOOLS);
     assert!(sound.status.success(), "{sound:?}");
     assert!(String::from_utf8_lossy(&sound.stdout).contains("all checks passed"), "{sound:?}");
-    let steps = ["setup-target", "fetch-samples", "setup-python", "check-firmware", "cargo fmt", "cargo clippy", "cargo deny --offline"];
+    let steps =
+        ["setup-target", "fetch-samples", "setup-python", "check-firmware", "prove", "cargo fmt", "cargo clippy", "cargo deny --offline"];
     for step in [&steps[..], &["cargo doc", "cargo test --release --workspace --no-fail-fast", "cargo test"]].concat() {
         let failed = test_command(step, &TOOLS);
         assert!(!failed.status.success(), "{step} failed and scripts/test did not: {failed:?}");

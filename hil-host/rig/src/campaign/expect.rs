@@ -340,6 +340,8 @@ fn detector(fault: &Fault) -> Option<Expect> {
         (T::LeakDetector, K::Alarm) => Expect::Abort(&[Abort::Leak], 0.0),
         (T::LeakDetector, K::Chatter) => Expect::Tolerated(&[Abort::Leak], vec![owes(Sign::Leak, 0.0)]),
         (T::WeightMonitor, K::Alarm) => Expect::Abort(&[Abort::Degraded], THREE_SAMPLES_S),
+        // One that never answered is taken for none that is fitted.
+        (T::LeakDetector, K::Off) if fault.delay_s <= 0.0 && fault.phase.is_none_or(|p| p == Phase::Surface) => Expect::Mission,
         // Silent: nobody would know of water in the hull.
         (T::LeakDetector, K::Off) => Expect::Home(&[], demands::DETECTOR_S + 3.0 * CYCLE_S),
         (T::LeakDetector, K::Stuck) | (T::WeightMonitor, K::Off) => Expect::Mission,

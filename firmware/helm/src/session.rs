@@ -247,7 +247,7 @@ impl<S: Storage> Helm<S> {
         }
     }
 
-    /// Tells how long the line has been silent by the board's own clock. Steps at most once per call, once per control cycle, after
+    /// The line has been silent for so long by the board's own clock. Steps at most once per call, once per control cycle, after
     /// [`PATIENCE_MS`]. The answer holds for the actuators; nobody asked for it over the line.
     pub fn silent(&mut self, silence: Micros) -> Option<Answer> {
         self.unheard(silence);

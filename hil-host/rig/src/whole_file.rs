@@ -1,6 +1,6 @@
 //! Files are written beside their name and renamed: whole or not at all; and none is replaced that nobody meant to replace.
 //!
-//! A killed program or a full disk leaves the old file, or none, under the final name; at most a `.part` beside it, which the next command
+//! A killed program or a full disk leaves the old file, or none, under the final name; at most a `.part` next to it, which the next command
 //! that may write the file clears away.
 
 use std::io;

@@ -7,7 +7,7 @@
 //! w_table: rate at this pitch on the pump's drive alone, by the table as it is.
 //! Layered water makes up to 0.4 of the pump's range of it, a drag twice the
 //! table's as much again, an internal wave of 0.03 m/s 0.8 of it in a flat glide and
-//! 0.3 in a steep one; a pitch that is read 0.15 rad too flat 1.3 of it. So what a dive
+//! 0.3 in a steep one; a pitch that is read 0.15 rad too flat more than 1.2. So what a dive
 //! shows costs a turn at most, and only what the vehicle then does takes the weight; each
 //! for [`HEAVY_S`]:
 //!

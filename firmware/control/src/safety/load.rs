@@ -116,7 +116,7 @@ mod tests {
     use crate::config::Config;
     use crate::safety::{Verdict, Watch};
     use crate::senses::Seen;
-    use signals::{Abort, ActuatorCommand, Micros, Phase, SensorFrame};
+    use signals::{ActuatorCommand, Micros, Phase, SensorFrame};
 
     /// What is judged after 80 s of a glide, with these shares of the pump's range as its drive and as the load on the vehicle.
     fn judged(drive: f32, load: f32, depth_m: f32, unguarded: bool) -> (Verdict, LoadWatch) {

@@ -109,11 +109,13 @@ impl Channel {
         let reach = GATE_M + GATE_M_S * since_s.at_most(20.0);
         let near = (value - self.value_m).abs() <= reach;
         let same = self.rejected > 0 && (value - self.rejected_m).abs() <= GATE_M + GATE_M_S * dt_s;
-        if !self.seeded || near && (at.blind_s <= 0.0 || since_s < NO_DEPTH_S && !same) {
+        let backed = if at.blind_s <= 0.0 { since_s <= UNBACKED_S } else { since_s < NO_DEPTH_S && !same };
+        if !self.seeded || near && backed {
             self.believe(value);
             return Some(value);
         }
-        // A new level must be seen three times before it is believed, and not before a lone sensor was missing for too long.
+        // A new level, and one of a sensor that was lost, must be seen three times before it is believed, and not before a lone
+        // sensor was missing for too long.
         self.rejected = if same { self.rejected.saturating_add(1) } else { 1 };
         self.rejected_m = value;
         if self.rejected >= 3 && since_s - dt_s >= LEAP_S {
@@ -453,5 +455,17 @@ mod tests {
         assert!((seen.depth_m - 15.0).abs() < 0.1 && seen.depths_disagree);
         let seen = s.observe(&c, 4.0, &frame(Reading::now(f32::NAN), Reading::now(15.0)), 0.0);
         assert_eq!(seen.depth_age_s, 0.0);
+    }
+
+    #[test]
+    fn one_of_two_depths_that_was_lost_is_believed_again_at_its_third_reading() {
+        let (c, mut s) = (Config::default(), Senses::default());
+        let mut unbacked = |second: Reading| s.observe(&c, 4.0, &frame(Reading::now(10.0), second), 0.0).depth_unbacked;
+        assert!(!unbacked(Reading::now(10.0)));
+        let lost: Vec<bool> = (0..8).map(|_| unbacked(Reading::Missing)).collect();
+        assert_eq!(lost.iter().filter(|l| **l).count(), 1, "{lost:?}");
+        // A chance hit among garbage is none.
+        assert!([10.0, 900.0, 10.0, 10.0, 900.0].iter().all(|z| unbacked(Reading::now(*z))));
+        assert!([true, true, false].iter().all(|lost| unbacked(Reading::now(10.0)) == *lost));
     }
 }

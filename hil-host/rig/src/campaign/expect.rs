@@ -253,7 +253,8 @@ fn ballast_feedback(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Exp
         // At rest a feedback stuck where the pump stands is no different from a sound one.
         K::Stuck => Expect::Abort(EITHER, ahead.pump_needed_s + bounds::no_answer_s()),
         // Elsewhere than the pump was sent, once it stands; beyond its range no answer at all.
-        K::Bias | K::Flip => Expect::Abort(EITHER, at_rest_s),
+        K::Flip => Expect::Abort(EITHER, at_rest_s),
+        K::Bias => Expect::Abort(EITHER, at_rest_s.max(bounds::stroke_s(config) + demands::FEEDBACK_LOST_S)),
         K::Drift => Expect::Abort(EITHER, demands::PUMP_NEAR_M3 / fault.size.abs() * 3600.0 + at_rest_s),
         // Twice running it looks like a pump that runs the wrong way.
         K::Spike => Expect::Tolerated(EITHER, Vec::new()),

@@ -126,20 +126,23 @@ mod tests {
     use crate::senses::Seen;
     use signals::{ActuatorCommand, Micros, Phase, SensorFrame};
 
-    /// Whether a pitch of −35° is distrusted after each cycle in which the battery stands there, m.
-    fn distrusted(battery_m: impl Iterator<Item = f32>) -> Vec<bool> {
+    /// Pump of this dive, m³.
+    const BALLAST_M3: f32 = -140e-6;
+
+    /// Whether the pitch is distrusted after each cycle in which it, rad, and the battery, m, are read so.
+    fn distrusted(cycles: impl Iterator<Item = (f32, f32)>) -> Vec<bool> {
         let (config, frame, commanded, mut watch) =
             (Config::default(), SensorFrame::default(), ActuatorCommand::default(), AttitudeWatch::default());
-        let mut look = |battery_m: f32| {
-            let (pitch_rad, ballast_m3) = (Some(-0.61), Some(-140e-6));
-            let seen = Seen { dt_s: 4.0, pitch_rad, ballast_m3, battery_m: Some(battery_m), heading_rad: Some(0.0), ..Seen::default() };
+        let mut look = |(pitch_rad, battery_m): (f32, f32)| {
+            let (pitch_rad, battery_m, ballast_m3) = (Some(pitch_rad), Some(battery_m), Some(BALLAST_M3));
+            let seen = Seen { dt_s: 4.0, pitch_rad, ballast_m3, battery_m, heading_rad: Some(0.0), ..Seen::default() };
             let w = Watch {
                 config: &config,
                 clock: Micros(0),
                 seen: &seen,
                 frame: &frame,
                 commanded: &commanded,
-                ballast_m3: -140e-6,
+                ballast_m3: BALLAST_M3,
                 table_rate_m_s: None,
                 phase: Phase::Dive,
                 leg_max_m: 190.0,
@@ -152,7 +155,7 @@ mod tests {
             watch.watch(&w, &mut v);
             v.distrust_pitch
         };
-        battery_m.map(&mut look).collect()
+        cycles.map(&mut look).collect()
     }
 
     #[test]
@@ -161,37 +164,8 @@ mod tests {
         let trim = &config.trim;
         // Whether a steady pitch is distrusted in the end where the trim law gives this tangent.
         let distrusts = |pitch_rad: f32, expected: f32| {
-            let ballast_m3 = -140e-6;
-            let battery_m = (expected - trim.offset - trim.per_ballast_m3 * ballast_m3) / trim.per_battery_m;
-            let (frame, commanded, mut watch) = (SensorFrame::default(), ActuatorCommand::default(), AttitudeWatch::default());
-            (0..20).any(|_| {
-                let seen = Seen {
-                    dt_s: 4.0,
-                    pitch_rad: Some(pitch_rad),
-                    ballast_m3: Some(ballast_m3),
-                    battery_m: Some(battery_m),
-                    heading_rad: Some(0.0),
-                    ..Seen::default()
-                };
-                let w = Watch {
-                    config: &config,
-                    clock: Micros(0),
-                    seen: &seen,
-                    frame: &frame,
-                    commanded: &commanded,
-                    ballast_m3,
-                    table_rate_m_s: None,
-                    phase: Phase::Dive,
-                    leg_max_m: 190.0,
-                    max_duration_s: 1000,
-                    climb_stalled: false,
-                    no_way_turns: 0,
-                    bottom_turns: 0,
-                };
-                let mut v = Verdict::default();
-                watch.watch(&w, &mut v);
-                v.distrust_pitch
-            })
+            let battery_m = (expected - trim.offset - trim.per_ballast_m3 * BALLAST_M3) / trim.per_battery_m;
+            distrusted([(pitch_rad, battery_m); 20].into_iter()).contains(&true)
         };
         // 32° nose down, and half of its tangent by a trim law for 5 mm; but not the other way round, nor a quarter.
         assert!(!distrusts(-0.559, -0.31) && distrusts(0.559, -0.31) && distrusts(-0.7, -0.2));
@@ -200,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_pitch_is_stuck_only_if_it_does_not_follow_pump_and_battery() {
-        let (held, moved) = ([0.018; 200], [0.011; 50]);
+        let (held, moved) = ([(-0.61, 0.018); 200], [(-0.61, 0.011); 50]);
         assert!(distrusted(held.into_iter()).iter().all(|d| !d), "nothing moves");
         let got = distrusted(held[..2].iter().chain(&moved).copied());
         let found = got.iter().position(|d| *d).expect("stuck");

@@ -5,6 +5,7 @@ use super::{Output, Verdict, report};
 use crate::pages::flight_report;
 use crate::pages::{Axis, Chart, Page, Section, Table};
 use crate::score;
+use crate::score::both_tables;
 use crate::score::story::{self, Flown};
 use crate::terminal::say;
 use anyhow::Context as _;
@@ -13,6 +14,7 @@ use discovery::hypotheses::search::Depth;
 use discovery::workbench::add;
 use logs::vehicle;
 use plant::trials::{Site, Spec, Wing, catalogue, generate};
+use rig::flight::closed_loop::Setup;
 use rig::flight::vehicles::{self, Model};
 use rig::whole_file;
 use serde_json::{Value, json};
@@ -108,24 +110,28 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     let true_sensor = Settings::default().pitch_sensor;
     let before = story::fly_with(old, true_sensor, &world, &mission)?;
     let after = story::fly_with(new, true_sensor, &world, &mission)?;
+    bar.set_message("both tables in worlds within the new vehicle's tolerances");
+    let tables = [&before, &after].map(|flown| flown.table.bytes.as_slice());
+    let drawn = both_tables::in_drawn_worlds(tables, &Setup::new(mission), &world, Some(&refitted), &|_| ());
     bar.finish_and_clear();
 
     let heldout = added.heldout_m_s[0].is_finite();
     let errors = if heldout { added.heldout_m_s } else { added.fitted_m_s };
-    let gain = after.outcome.achieved_l_over_d() / before.outcome.achieved_l_over_d() - 1.0;
+    let ratios = [&before, &after].map(|flown| flown.outcome.achieved_l_over_d());
     let page = args.out.join(PAGE);
-    let mut whole = flight_report::page(&found, &model, &flight.name, report::provenance(&path)?);
-    fly_section(&mut whole, &before, &after, gain);
-    whole.write(&page)?;
-    let document = json!({
+    let mut document = json!({
         "flight": path, "verdict": found.verdict.name(), "answer": found.answer, "equivalent": found.equivalent,
         "error_unit": "m/s", "error_on": if heldout { "held-out segments" } else { "fitted segments" },
         "error_before": errors[0], "error_recalibrated": errors[1], "error_after": errors[2],
         "parameters": added.parameters.iter().map(|p| (p.name.clone(), json!({"value": p.value, "low": p.low, "high": p.high, "unit": p.unit}))).collect::<serde_json::Map<_, _>>(),
         "vehicle": new_file, "table_before": flown(&before), "table_after": flown(&after),
-        "achieved_l_over_d_before": before.outcome.achieved_l_over_d(), "achieved_l_over_d_after": after.outcome.achieved_l_over_d(),
-        "range_gain": gain, "page": page,
+        "achieved_l_over_d_before": ratios[0], "achieved_l_over_d_after": ratios[1], "page": page,
     });
+    both_tables::add_to(&mut document, json!({}), ratios, Some(&drawn));
+    let worth = document["range_gain_in_words"].as_str().unwrap_or_default();
+    let mut whole = flight_report::page(&found, &model, &flight.name, report::provenance(&path)?);
+    fly_section(&mut whole, &before, &after, worth);
+    whole.write(&page)?;
     output.emit(&document, || {
         println!("1  compare   {:.3} cm/s as given, {:.3} recalibrated", 100.0 * errors[0], 100.0 * errors[1]);
         println!("2  diagnose  {}: {}", found.verdict.name(), found.answer.join(" + "));
@@ -137,12 +143,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
             before.table.spec.best_l_over_d,
             before.table.spec.best_alpha_rad.to_degrees()
         );
-        say(&format!(
-            "5  fly       L/D {:.3} with the old table, {:.3} with the new: {:+.2} % range",
-            before.outcome.achieved_l_over_d(),
-            after.outcome.achieved_l_over_d(),
-            100.0 * gain
-        ));
+        say(&format!("5  fly       L/D {:.3} with the old table, {:.3} with the new: {worth}", ratios[0], ratios[1]));
         println!("   page      {}", page.display());
     });
     Ok(Verdict::Ok)
@@ -155,7 +156,7 @@ fn flown(f: &Flown) -> Value {
     })
 }
 
-fn fly_section(page: &mut Page, before: &Flown, after: &Flown, gain: f64) {
+fn fly_section(page: &mut Page, before: &Flown, after: &Flown, worth: &str) {
     let names = vec!["old table".to_owned(), "new table".to_owned()];
     let ratios = [before.outcome.achieved_l_over_d(), after.outcome.achieved_l_over_d()];
     let chart = Chart::bars("L/D over ground, 0–200 m", Axis::new("L/D", ""), names, "L/D", &ratios, &[], &[]);
@@ -176,7 +177,7 @@ fn fly_section(page: &mut Page, before: &Flown, after: &Flown, gain: f64) {
         head: head.map(Into::into).to_vec(),
         rows: vec![row("old", before), row("new", after)],
     };
-    page.answer.push(("Worth it".into(), format!("{:+.2} % range with the new table.", 100.0 * gain)));
+    page.answer.push(("Worth it".into(), format!("With the new table {worth}.")));
     page.sections.push(Section {
         title: "Flown with the old and the new table".into(),
         lead: "The world is the refitted vehicle in the simulator's own force law; both flights differ only in the table.".into(),

@@ -7,7 +7,7 @@ use crate::pages::{Axis, Chart, Page, Section, Table};
 use crate::score;
 use crate::score::both_tables;
 use crate::score::story::{self, Flown};
-use crate::terminal::say;
+use crate::terminal::{row, say};
 use anyhow::Context as _;
 use control::Settings;
 use discovery::hypotheses::search::Depth;
@@ -133,18 +133,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Verdict> {
     fly_section(&mut whole, &before, &after, worth);
     whole.write(&page)?;
     output.emit(&document, || {
-        println!("1  compare   {:.3} cm/s as given, {:.3} recalibrated", 100.0 * errors[0], 100.0 * errors[1]);
-        println!("2  diagnose  {}: {}", found.verdict.name(), found.answer.join(" + "));
-        println!("3  add       {:.3} cm/s with it, vehicle in {}", 100.0 * errors[2], new_file.display());
-        println!(
-            "4  table     best L/D {:.3} at {:.2}°, before {:.3} at {:.2}°",
-            after.table.spec.best_l_over_d,
-            after.table.spec.best_alpha_rad.to_degrees(),
-            before.table.spec.best_l_over_d,
-            before.table.spec.best_alpha_rad.to_degrees()
-        );
-        say(&format!("5  fly       L/D {:.3} with the old table, {:.3} with the new: {worth}", ratios[0], ratios[1]));
-        println!("   page      {}", page.display());
+        row("1  compare", &format!("{:.3} cm/s as given, {:.3} recalibrated", 100.0 * errors[0], 100.0 * errors[1]));
+        row("2  diagnose", &format!("{}: {}", found.verdict.name(), found.answer.join(" + ")));
+        row("3  add", &format!("{:.3} cm/s with it, vehicle in {}", 100.0 * errors[2], new_file.display()));
+        let best = |f: &Flown| format!("{:.3} at {:.2}°", f.table.spec.best_l_over_d, f.table.spec.best_alpha_rad.to_degrees());
+        row("4  table", &format!("best L/D {}, before {}", best(&after), best(&before)));
+        row("5  fly", &format!("L/D {:.3} with the old table, {:.3} with the new: {worth}", ratios[0], ratios[1]));
+        row("   page", &page.display().to_string());
     });
     Ok(Verdict::Ok)
 }
@@ -177,7 +172,7 @@ fn fly_section(page: &mut Page, before: &Flown, after: &Flown, worth: &str) {
         head: head.map(Into::into).to_vec(),
         rows: vec![row("old", before), row("new", after)],
     };
-    page.answer.push(("Worth it".into(), format!("With the new table {worth}.")));
+    page.answer.push(("Worth it".into(), format!("New table against old: {worth}.")));
     page.sections.push(Section {
         title: "Flown with the old and the new table".into(),
         lead: "The world is the refitted vehicle in the simulator's own force law; both flights differ only in the table.".into(),

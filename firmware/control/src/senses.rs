@@ -100,8 +100,13 @@ impl Channel {
         since_s: f32,
         afloat: bool,
     ) -> Option<f32> {
-        let Reading::Sampled { age_ms, .. } = reading else { return self.unread() };
-        let Some(raw) = reading.accept(-10.0..=deepest_m, max_age_ms) else { return self.unread() };
+        let (Some(raw), Reading::Sampled { age_ms, .. }) = (reading.accept(-10.0..=deepest_m, max_age_ms), reading) else {
+            // Readings running begin anew, but not for one that is slow beside another that measures.
+            if at.blind_s > 0.0 || !unanswered(reading, max_age_ms) {
+                self.rejected = 0;
+            }
+            return None;
+        };
         if afloat && raw.abs() < 3.0 {
             self.zero_m += (raw.at_least(-ZERO_MAX_M).at_most(ZERO_MAX_M) - self.zero_m) * 0.2;
         }
@@ -124,12 +129,6 @@ impl Channel {
             self.leapt = at.blind_s > 0.0 && !reckoned;
             return Some(value);
         }
-        None
-    }
-
-    /// Says nothing that could be a depth: readings running begin anew.
-    fn unread(&mut self) -> Option<f32> {
-        self.rejected = 0;
         None
     }
 
@@ -467,5 +466,9 @@ mod tests {
         // A chance hit among garbage is none.
         assert!([10.0, 900.0, 10.0, 10.0, 900.0].iter().all(|z| unbacked(Reading::now(*z))));
         assert!([true, true, false].iter().all(|lost| unbacked(Reading::now(10.0)) == *lost));
+        // One that answers every 16 s is back at its third answer too.
+        assert!((0..9).any(|_| unbacked(Reading::Missing)));
+        let slow: Vec<bool> = (0..9).map(|k| unbacked(if k % 4 == 0 { Reading::now(10.0) } else { Reading::Missing })).collect();
+        assert_eq!(slow.iter().position(|lost| !lost), Some(8), "{slow:?}");
     }
 }

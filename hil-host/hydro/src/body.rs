@@ -101,13 +101,6 @@ impl Body {
     }
 }
 
-/// η of Jorgensen's curve, 1, by length/diameter; linear between digitised points (AeroSandbox's copy), valid 6.5..7.5.
-#[must_use]
-pub fn jorgensen_eta(length_over_diameter: f64) -> f64 {
-    // Two points of the curve around a Slocum: (6.86, 0.651), (7.20, 0.6535).
-    0.651 + (length_over_diameter - 6.86) * (0.6535 - 0.651) / (7.20 - 6.86)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,12 +118,6 @@ mod tests {
             layer: Layer::Laminar,
             reynolds: 3e5,
         }
-    }
-
-    #[test]
-    fn validate_eta_of_a_slocum() {
-        // 0.652 at 7.04, digitised curve.
-        assert!((jorgensen_eta(7.04) - 0.652).abs() < 5e-4);
     }
 
     #[test]

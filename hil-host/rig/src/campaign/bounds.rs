@@ -128,12 +128,6 @@ pub fn by_chance_s(limit_s: f64, back: f64, share: f64) -> f64 {
     f64::INFINITY
 }
 
-/// When something that happens in a cycle with this chance has not happened but once in a million missions, s.
-#[must_use]
-pub fn at_last_s(chance: f64) -> f64 {
-    (ODDS.ln() / (1.0 - chance).ln()).ceil() * CYCLE_S
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,6 +157,5 @@ mod tests {
         let s = by_chance_s(9.0, 1.0, 0.5);
         assert!((300.0..700.0).contains(&s), "{s}");
         assert!(by_chance_s(60.0, 1.0, 0.9) < 400.0 && by_chance_s(60.0, 1.0, 0.2) > 1e5);
-        assert_eq!(at_last_s(0.2), 62.0 * 4.0);
     }
 }

@@ -11,7 +11,8 @@
 //! * an old reading is projected by its age, not held;
 //! * without a depth the vehicle is followed by dead reckoning: the rate of now fades into the one that pump and pitch give it.
 //!   A lone sensor that was missing for [`NO_DEPTH_S`] is believed again at the third reading running that agrees with the one before
-//!   and with dead reckoning (one that does not is followed, and known as a leap);
+//!   and with dead reckoning (one that does not is followed, and known as a leap). One of two that was
+//!   lost for [`UNBACKED_S`] needs three that agree as well;
 //! * two depths that disagree by more than 1 m: the deeper one, since it leads
 //!   to ascent.
 

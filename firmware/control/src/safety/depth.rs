@@ -17,8 +17,10 @@ const UNSEEN_M_S: f32 = 0.1;
 const BRIDGES: u8 = 5;
 /// Two depths apart for this long, s.
 pub const APART_S: f32 = 20.0;
-/// Too deep: this far below the working depth, m.
+/// Too deep: this far below the working depth, m, and beyond [`OVER_WORKING_SHARE`].
 pub const OVER_WORKING_M: f32 = 5.0;
+/// Too deep: beyond this multiple of the working depth. Slocums of 30, 100, 200, 350 and 1000 m end a mission 2 to 5 % below that.
+pub const OVER_WORKING_SHARE: f32 = 1.02;
 /// Too deep: this far below the leg's deepest, m, and beyond [`OVER_LEG_SHARE`].
 pub const OVER_LEG_M: f32 = 10.0;
 /// Too deep: beyond this multiple of the leg's deepest.
@@ -124,8 +126,9 @@ impl DepthWatch {
     }
 
     fn over_depth(&mut self, w: &Watch<'_>, v: &mut Verdict) {
-        let (z, leg) = (w.seen.depth_m, w.leg_max_m);
-        let within = z <= w.config.working_depth_m + OVER_WORKING_M && (z <= leg + OVER_LEG_M || z <= OVER_LEG_SHARE * leg);
+        let (z, leg, working) = (w.seen.depth_m, w.leg_max_m, w.config.working_depth_m);
+        let allowed = z <= working + OVER_WORKING_M || z <= OVER_WORKING_SHARE * working;
+        let within = allowed && (z <= leg + OVER_LEG_M || z <= OVER_LEG_SHARE * leg);
         let over = w.seen.depth_age_s <= 0.0 && !within;
         self.over = if over { self.over.saturating_add(1) } else { self.over * w.seen.unchanged() as u8 };
         // Where the two sensors contradict each other, as long as those have to be found apart.

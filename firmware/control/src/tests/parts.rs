@@ -190,6 +190,20 @@ fn each_count_of_the_mission_calls_home_at_its_limit() {
 }
 
 #[test]
+fn too_deep_is_five_metres_or_a_fiftieth_below_the_working_depth() {
+    let shelf: fn(&mut Watch<'_>) = |w| w.leg_max_m = 200.0;
+    let deep: fn(&mut Watch<'_>) = |w| {
+        w.config = Box::leak(Box::new(Config::new(Settings::slocum_1000()).expect("valid")));
+        w.leg_max_m = 1000.0;
+    };
+    for (depth_m, change, found) in [(204.5, shelf, false), (205.5, shelf, true), (1019.0, deep, false), (1021.0, deep, true)] {
+        let mut safety = Safety::default();
+        let causes = [(); 2].map(|()| watch(&Seen { depth_m, ..seen(10.0) }, change, |w| safety.judge(w).abort));
+        assert_eq!(causes, [None, found.then_some(Abort::OverDepth)], "{depth_m}");
+    }
+}
+
+#[test]
 fn numbers_that_are_none_leave_nothing_in_the_watches() {
     let (mut safety, mut fresh, none) = (Safety::default(), Safety::default(), f32::NAN);
     let bad = Seen { dt_s: none, depth_m: none, rate_m_s: none, heading_rad: Some(none), ..seen(10.0) };

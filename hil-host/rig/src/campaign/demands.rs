@@ -42,10 +42,10 @@ pub const RESUMES: u32 = 2;
 pub const DRIFT_S: f64 = 5400.0;
 /// A depth that does not move though it must: abort, s.
 pub const STUCK_S: f64 = 60.0;
-/// Deeper than the leg by this, m, or this multiple, or deeper than the working depth by this, m: too deep.
+/// Deeper than the leg by this, m, and this multiple, or than the working depth by [`OVER_WORKING`]: too deep.
 pub const OVER_LEG: (f64, f64) = (10.0, 1.05);
-/// See [`OVER_LEG`].
-pub const OVER_WORKING_M: f64 = 5.0;
+/// The same below the working depth. Slocums' classes of 30 to 1000 m end a mission 2 to 5 % below it: the least of these.
+pub const OVER_WORKING: (f64, f64) = (5.0, 1.02);
 /// Too deep with a depth that is measured: abort, s. Two samples and the depth filter.
 pub const TOO_DEEP_S: f64 = 16.0;
 /// So deep that the weight, heated for its whole time, goes no sooner than at crush depth: weight fired, s.
@@ -137,7 +137,8 @@ mod tests {
             (law::FIN.1, FIN.1),
             (law::OVER_LEG_M, OVER_LEG.0),
             (law::OVER_LEG_SHARE, OVER_LEG.1),
-            (law::OVER_WORKING_M, OVER_WORKING_M),
+            (law::OVER_WORKING_M, OVER_WORKING.0),
+            (law::OVER_WORKING_SHARE, OVER_WORKING.1),
             (law::NO_WAY_S as f32, NO_WAY_S),
             (law::CLIMB_STALLED_S as f32, CLIMB_STALLED_S),
             (law::WAY_M, WAY_M),

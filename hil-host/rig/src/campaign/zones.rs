@@ -2,7 +2,7 @@
 //!
 //! | deeper than | owed |
 //! |---|---|
-//! | the mission's deepest leg by 10 m and 5 %, or the working depth by 5 m | an abort ([`demands::TOO_DEEP_S`]) |
+//! | the mission's deepest leg by 10 m and 5 %, or the working depth by 5 m and 2 % | an abort ([`demands::TOO_DEEP_S`]) |
 //! | the working depth, and the depth from which the weight, heated for its whole time, goes above crush depth at the rate of now | the weight fired ([`demands::AT_RISK_S`]) |
 //!
 //! Both depths are reckoned from the truth and the vehicle's limits. A mission whose depth sensors are among its faults is judged by
@@ -27,8 +27,8 @@ const SINK_FLOOR_M_S: f64 = 0.05;
 #[must_use]
 pub fn too_deep(depth_m: f64, config: &Config, deepest_m: f64) -> bool {
     let z = depth_m - demands::DEPTH_NOISE_M;
-    let leg = (deepest_m + demands::OVER_LEG.0).max(deepest_m * demands::OVER_LEG.1);
-    z > leg.min(f64::from(config.working_depth_m) + demands::OVER_WORKING_M)
+    let below = |depth_m: f64, (by_m, share): (f64, f64)| (depth_m + by_m).max(depth_m * share);
+    z > below(deepest_m, demands::OVER_LEG).min(below(f64::from(config.working_depth_m), demands::OVER_WORKING))
 }
 
 /// Whether the weight, fired now, is gone no sooner than at crush depth.

@@ -245,7 +245,8 @@ fn ballast_feedback(fault: &Fault, config: &Config, ahead: &Ahead) -> Option<Exp
     let at_rest_s = bounds::stroke_s(config) + bounds::no_answer_s();
     Some(match fault.kind {
         K::Off | K::Nan | K::Inf | K::Sentinel | K::Delayed => Expect::Abort(LOST, demands::FEEDBACK_LOST_S),
-        K::Slow => Expect::Abort(LOST, bounds::by_the_clock_s(lost_s, 1.0, fault.size, FRESH_S)),
+        // What is read of a pump that went there and back between two readings looks like one that runs the wrong way.
+        K::Slow => Expect::Abort(EITHER, bounds::by_the_clock_s(lost_s, 1.0, fault.size, FRESH_S)),
         // What comes every other time is enough to follow the pump by; luck may run out.
         K::Intermittent => Expect::Tolerated(LOST, Vec::new()),
         // Of ±8000 cc one in thirty is a place of the pump.

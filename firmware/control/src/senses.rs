@@ -102,7 +102,7 @@ impl Channel {
         afloat: bool,
     ) -> Option<f32> {
         let (Some(raw), Reading::Sampled { age_ms, .. }) = (reading.accept(-10.0..=deepest_m, max_age_ms), reading) else {
-            // Readings running begin anew, but not for one that is slow beside another that measures.
+            // Readings running begin anew; where the other sensor measures, silence between slow answers is no disagreement.
             if at.blind_s > 0.0 || !unanswered(reading, max_age_ms) {
                 self.rejected = 0;
             }

@@ -255,6 +255,7 @@ const Bench = (() => {
       const r = await json('/api/fit', { flight: state.flight.id, effects: names });
       for (const [name, values] of Object.entries(r.effects)) state.ticked.set(name, values);
       if (names.length === 1) state.gains.set(names[0], r.error.now);
+      if (pending) pending.abort(); // it asked for the values before the fit
       draw(r);
       say(findSay, r.error.held_out ? 'Fitted on the fit segments; the figures above are of segments kept out of the fit.' : 'Fitted; no segments are kept out, the figures above are of the fitted ones.', 'good');
     } catch (e) { say(findSay, e.message, 'bad'); }
@@ -325,10 +326,11 @@ const Bench = (() => {
         if (m.error) throw new Error(m.error);
         // A second look starts over; the bar does not.
         if (m.progress != null) { findBar.value = Math.max(findBar.value, m.progress); say(findSay, `Asking ${words(m.text)} …`); }
-        if (m.result) showVerdict(m.result);
+        if (!m.result) return;
+        showVerdict(m.result);
+        document.getElementById('answer').focus(); // now: a redraw of the charts may take seconds, and a person has gone on
       });
       await evaluate();
-      document.getElementById('answer').focus();
     } catch (e) { say(findSay, e.message, 'bad'); }
     findBar.hidden = true;
     find.disabled = false;

@@ -486,10 +486,7 @@ fn the_offline_report_opens_zooms_and_asks_nothing_of_the_network() {
         assert_eq!(js(&c, "return document.documentElement.dataset.theme;", vec![]).await, json!("light"));
         js(&c, "dispatchEvent(new Event('afterprint'));", vec![]).await;
         assert_eq!(js(&c, "return document.documentElement.dataset.theme;", vec![]).await, json!("dark"));
-        let pdf = c.print(fantoccini::wd::PrintConfiguration::default()).await.expect("it prints");
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/screenshots");
-        std::fs::create_dir_all(&folder).expect("a folder for pictures");
-        std::fs::write(folder.join("report.pdf"), pdf).expect("written");
+        print_pdf(&c, "report").await;
         js(&c, "document.documentElement.dataset.theme = 'light'; dispatchEvent(new Event('resize'));", vec![]).await;
         screenshot(&c, "report", 1280).await;
         screenshot(&c, "report", 390).await;
